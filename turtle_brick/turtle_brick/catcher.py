@@ -28,16 +28,12 @@ Publishes:
 Subscribes:
     /tf, /tf_static: poses of the brick and the robot (the only input)
 
-The nodes can run on several machines because the catcher measures the message latency. The clocks
-of the machines must be synchronized, for example with chrony.
+The nodes can run on several machines if command_latency covers the delay of the links and the
+clocks are synchronized, for example with chrony.
 
 Parameters, read-only:
-    max_velocity (double, m/s): maximum speed of the robot
-    platform_height (double, m): height of the platform's top
-    platform_radius (double, m): radius of the platform
-    gravity_accel (double, m/s^2): acceleration due to gravity
-    brick_size (double[3], m): size of the brick along its x, y and z axes
-    tilt_angle (double, rad): platform angle for tipping off the brick
+    all parameters in config/turtle.yaml; the catcher uses max_velocity, command_latency,
+    platform_height, platform_radius, gravity_accel, brick_size and tilt_angle
 """
 
 from typing import Any
@@ -49,25 +45,18 @@ from std_msgs.msg import String
 from tf2_ros import Buffer
 from turtle_brick.core.catch_logic import Action, Catcher, DriveGoal, TiltCommand, UPDATE_PERIOD
 from turtle_brick.core.geometry import Color
-from turtle_brick.core.parameters import CatcherParameters
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.time_steps import due_time, nanoseconds_of, SECONDS_PER_NS
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BASE_LINK, BRICK, GuardedListener, LATCHED, latest_transform,
-                                 PLATFORM, pose_of, recent_pose, WORLD)
+from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest_transform, PLATFORM,
+                                 pose_of, recent_transform, WORLD)
+from turtle_brick.ros.times import nanoseconds_of
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
 COMMANDS = QoSProfile(depth=1)
 """QoS for goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
-
-MOVING_FRAMES = (BRICK, PLATFORM, BASE_LINK)
-"""Moving frames whose transforms are used to measure the message latency."""
-
-MAX_TIMER_DELAY = 0.005
-"""Delay (s) beyond which a timer callback counts as late."""
 
 TEXT_HEIGHT = 0.6
 """Height (m) of the letters in the marker."""
@@ -84,11 +73,10 @@ class CatcherNode(Node):
     def __init__(self, **node_options: Any) -> None:
         """Create a node that waits for a fall. The options are for rclpy.node.Node."""
         super().__init__('catcher', **node_options)
-        self.catcher = Catcher(declare_parameters(self, CatcherParameters))
+        self.parameters = declare_parameters(self)
+        self.catcher = Catcher(self.parameters)
         self.is_complete = False
         """Whether the robot and the brick have been found."""
-        self.ages: dict[str, float] = {}
-        """Age (s) of each moving frame's latest transform when the transform arrived."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
@@ -99,15 +87,10 @@ class CatcherNode(Node):
         self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
         self.decision_publisher = self.create_publisher(String, 'catcher_decision', LATCHED)
         self.publish_state()
-        self.timer = self.create_timer(UPDATE_PERIOD, self.on_timer)
+        self.create_timer(UPDATE_PERIOD, self.update)
 
-    def on_transform(self, transform: TransformStamped, now: int) -> None:
-        """Record a transform received at `now` (ns), and update the catcher if a fall begins."""
-        stamp = nanoseconds_of(transform.header.stamp)
-        if transform.child_frame_id in MOVING_FRAMES:
-            self.ages[transform.child_frame_id] = (now - stamp) * SECONDS_PER_NS
-        if transform.child_frame_id == BASE_LINK:
-            self.catcher.latency.record_robot_stamp(stamp)
+    def on_transform(self, transform: TransformStamped) -> None:
+        """Record a transform of the brick, and update the catcher if a fall begins."""
         if transform.child_frame_id != BRICK:
             return
         position = pose_of(transform.transform).position
@@ -117,31 +100,23 @@ class CatcherNode(Node):
             if world_to_parent is None:
                 return
             position = pose_of(world_to_parent.transform).transform(position)
-        if self.catcher.observe_brick(stamp, position, is_attached=parent == PLATFORM):
+        self.catcher.observe_brick(
+            nanoseconds_of(transform.header.stamp), position, is_attached=parent == PLATFORM)
+        if self.catcher.undecided_fall is not None:
             self.update()
 
-    def on_timer(self) -> None:
-        """Record the transform ages and update the catcher."""
-        now = self.get_clock().now().nanoseconds
-        # Simulated time advances in steps, so it cannot be used to measure ages.
-        if not self.get_parameter('use_sim_time').value:
-            late = (now - due_time(self.timer, now)) * SECONDS_PER_NS > MAX_TIMER_DELAY
-            self.catcher.latency.record_ages(now, self.ages.values(), late)
-        self.ages.clear()
-        clock_error = self.catcher.latency.clock_error(now)
-        if clock_error > 0.0:
-            self.get_logger().warning(
-                f'Timestamps are up to {clock_error:.3f} s in the future because the clocks of '
-                'the machines disagree. The catcher may refuse reachable bricks. Synchronize the '
-                'clocks, for example with chrony.', once=True)
-        self.update()
-
     def update(self) -> None:
-        """Update the catcher and publish its state and commands."""
+        """Update the catcher, and publish its state, decisions and commands."""
         now = self.get_clock().now().nanoseconds
         state = self.catcher.state
-        pose = recent_pose(self.tf_buffer, PLATFORM, now) if self.has_subscribers() else None
-        actions = self.catcher.update(now, Platform(pose) if pose else None)
+        transform = None
+        if self.has_subscribers():
+            transform = recent_transform(self.tf_buffer, PLATFORM, now)
+        if transform is None:
+            actions = self.catcher.update(now, None)
+        else:
+            actions = self.catcher.update(now, Platform(pose_of(transform.transform)),
+                                          nanoseconds_of(transform.header.stamp))
         if self.catcher.state is not state:
             self.publish_state()
             self.get_logger().info(f'The state is now {self.catcher.state.value}')
@@ -149,6 +124,15 @@ class CatcherNode(Node):
             self.publish_action(action)
         if not self.is_complete:
             self.log_missing()
+        if self.catcher.robot.response_time:
+            self.warn_of_late_robot(self.catcher.robot.response_time)
+
+    def warn_of_late_robot(self, time: float) -> None:
+        """Log once that the robot needed more time (s) than command_latency to start moving."""
+        self.get_logger().warning(
+            f'The robot needed {time:.2f} s to respond to a goal, but command_latency is '
+            f'{self.parameters.command_latency:g} s, so bricks may be missed. Set '
+            f'command_latency to at least {time:.2f} in turtle.yaml.', once=True)
 
     def has_subscribers(self) -> bool:
         """Return whether a robot subscribes to goal_pose and tilt."""

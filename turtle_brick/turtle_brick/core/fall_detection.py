@@ -88,13 +88,14 @@ class FallDetector:
         """Current fall, or None if the brick is not falling."""
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
-    def observe(self, stamp: int, x: float, y: float, z: float) -> bool:
-        """Record a position (m) and its time (ns), and return whether a new fall is detected."""
+    def observe(self, stamp: int, position: Vector) -> None:
+        """Record a position (m) of the brick at a given time (ns), and update the fall."""
+        x, y, z = position
         samples = self._samples
         if samples:
             last_stamp, last_x, last_y, _ = samples[-1]
             if stamp == last_stamp:
-                return False
+                return
             sideways = abs(x - last_x) + abs(y - last_y)
             off_course = 0.0 if self.fall is None else (
                 abs(self.fall.height(stamp, self.gravity) - z))
@@ -103,10 +104,8 @@ class FallDetector:
                 samples.clear()
                 self.fall = None
         samples.append((stamp, x, y, z))
-        if self.fall is not None or len(samples) < 3 or z >= samples[-2][3]:
-            return False
-        self.fall = self._detect()
-        return self.fall is not None
+        if self.fall is None and len(samples) == 3 and z < samples[-2][3]:
+            self.fall = self._detect()
 
     def _detect(self) -> Fall | None:
         (t0, x0, y0, z0), (t1, _, _, z1), (t2, x2, y2, z2) = self._samples

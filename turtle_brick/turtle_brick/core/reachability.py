@@ -15,51 +15,34 @@
 """
 Decide whether the robot can be under a falling brick in time.
 
-A brick is reachable if it lands inside the arena and an available robot can be there in time. The
-required time must not exceed the time until landing. For a level platform, the required time is
+A brick is reachable if it lands inside the arena and the robot needs no more time than the brick:
 
-    0                                                          if distance <= platform_radius
-    latency + (distance - platform_radius) / max_velocity      otherwise
+    time needed = command_latency + (distance - platform_radius) / max_velocity
 
 - The brick falls straight down without drag. It lands when its bottom reaches the top of the level
   platform. A brick is unreachable if its bottom is already below the platform's top.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
-  robot therefore does not have to drive the whole distance.
-- The distance is the horizontal distance from the robot to the landing point. A moving robot first
-  executes the commands already sent, so the largest possible distance counts.
-- The latency is COMMAND_LATENCY plus the excess latency. COMMAND_LATENCY applies to nodes on one
-  machine. The `latency` module estimates the excess latency due to slow links and busy machines.
-- A brick cannot land on a tilted platform. Leveling takes LEVEL_LATENCY plus the excess latency.
-  Therefore, the required time is at least the leveling time if the platform is not level.
-- If late transforms put the computed landing in the past, the time until the landing is 0.
+  robot therefore does not have to drive the whole distance, and never less than 0 m.
+- A moving robot first executes the commands already sent. Its distance is therefore longer by
+  max_velocity * command_latency, the farthest way that these commands can move it.
+- A level platform that is already under the brick, on a robot at rest, needs no time.
 
-`robot_tracking` computes the motion of the robot. All timestamps (ns) come from one clock.
+All timestamps (ns) come from one clock.
 """
 
-from math import hypot, inf, isnan, sqrt
+from math import inf, isnan, sqrt
 from typing import NamedTuple
 
-from turtle_brick.core.driving import COMMAND_PERIOD, TRANSPORT_DELAY, travel_time
+from turtle_brick.core.driving import braking_loss
 from turtle_brick.core.fall_detection import Fall
-from turtle_brick.core.parameters import CatcherParameters
+from turtle_brick.core.parameters import Parameters
+from turtle_brick.core.robot_tracking import RobotState
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, within_arena
+from turtle_brick.core.turtlesim_kinematics import within_arena
 
-QUEUE_LATENCY = (QUEUE_DEPTH - 1) * COMMAND_PERIOD + TICK + TRANSPORT_DELAY
-"""Maximum time (0.0764 s) from a command to the first pose that shows its effect. A command
-takes effect at the first turtlesim tick after six newer commands have arrived."""
-
-COMMAND_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + QUEUE_LATENCY + COMMAND_PERIOD + 0.010
-"""Maximum time (0.108 s) from a decision until the arena receives a pose of the moving robot. The
-time includes three message transports (goal, pose, transform), two robot cycles and turtlesim's
-queue. A 10 ms margin covers operating system delays and the wait for the next physics step."""
-
-GUARANTEED_LATENCY = 0.13
-"""Guaranteed upper limit (s) for the time from the release of a brick to the robot's first motion.
-The limit covers COMMAND_LATENCY and the time needed to observe three positions of the brick."""
-
-LEVEL_LATENCY = 3 * TRANSPORT_DELAY + COMMAND_PERIOD + 0.015
-"""Maximum time (s) from a tilt command of 0 until the arena receives a level platform pose."""
+DETECTION_TIME = 0.02
+"""Maximum time (s) from the release of a brick to the catcher's decision. The third position of
+the falling brick arrives at most 12 ms after the release."""
 
 
 class Decision(NamedTuple):
@@ -67,14 +50,10 @@ class Decision(NamedTuple):
 
     reachable: bool
     fall: Fall
-    contact: int
-    """Time (ns) at which the bottom of the brick reaches the top of the platform."""
     available: float
-    """Time (s) from the decision to the contact."""
+    """Time (s) from the decision until the brick's bottom reaches the top of the platform."""
     needed: float
     """Time (s) from the decision until the platform can be under the brick."""
-    latency: float
-    """Assumed latency (s) of the command path."""
     distance: float
     """Current horizontal distance (m) from the robot to the brick."""
     reason: str
@@ -82,7 +61,7 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Difference (s) between the available time and the required time."""
+        """Difference (s) between the available time and the time needed."""
         return self.available - self.needed
 
     @property
@@ -91,104 +70,89 @@ class Decision(NamedTuple):
         if not self.reachable:
             return f'unreachable: {self.reason}'
         return (f'reachable: the robot, {self.distance:.2f} m away, needs {self.needed:.3f} s, '
-                f'and the brick lands in {self.available:.3f} s (command latency '
-                f'{self.latency:.2f} s)')
+                f'and the brick lands in {self.available:.3f} s')
 
 
-class RobotMotion(NamedTuple):
-    """Current position and possible future positions of the robot."""
-
-    x: float
-    """x coordinate (m) of the robot in the world frame."""
-    y: float
-    destinations: tuple[tuple[float, float], ...] = ()
-    """Points (m) that the robot may reach with the commands already sent."""
-    level: bool = True
-    """Whether the platform is level and the arena has received its level pose."""
-    uncertainty: float = 0.0
-    """Distance (m) that the robot may cover in an unknown direction."""
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether the robot is at rest and will remain at rest until it receives a new command."""
-        return not self.destinations and self.uncertainty == 0.0
-
-    def distance_to(self, point: tuple[float, ...]) -> float:
-        """Return the horizontal distance (m) from the robot to a point in the world frame."""
-        return hypot(point[0] - self.x, point[1] - self.y)
-
-    def longest_distance_to(self, point: tuple[float, ...]) -> float:
-        """Return the maximum distance (m) from the robot's possible positions to a point."""
-        distances = [hypot(point[0] - x, point[1] - y) for x, y in self.destinations]
-        return max([self.distance_to(point), *distances]) + self.uncertainty
-
-
-def resting_height(parameters: CatcherParameters) -> float:
+def resting_height(parameters: Parameters) -> float:
     """Return the height (m) of the center of a brick that rests on the level platform."""
     return parameters.platform_height + parameters.brick_size[2] / 2.0
 
 
-def fall_time(height: float, parameters: CatcherParameters) -> float:
+def fall_time(height: float, parameters: Parameters) -> float:
     """Return the duration (s) of a free fall from a release height (m) to the level platform."""
     depth = max(height - resting_height(parameters), 0.0)
     return sqrt(2.0 * depth / parameters.gravity_accel)
 
 
-def guaranteed_distance(height: float, parameters: CatcherParameters,
-                        excess: float = 0.0) -> float:
+def drive_time(distance: float, parameters: Parameters) -> float:
+    """
+    Return the time (s) from a decision until the platform is under a brick.
+
+    The command latency of nodes on one machine is at most 0.11 s. It consists of three message
+    transports (goal, pose, transform: 1.2 ms), the wait for the next cycle of turtle_robot
+    (10 ms), turtlesim's queue (six newer commands, one tick and a transport: 76.4 ms), the wait
+    for the next transform of turtle_robot (10 ms), and 12.4 ms for the next physics step and the
+    operating system. Leveling the platform takes less time than that.
+
+    :param distance: horizontal distance (m) from the platform axis to the brick
+    """
+    drive = max(distance - parameters.platform_radius, 0.0) / parameters.max_velocity
+    if drive > 0.0:
+        drive += braking_loss(parameters.platform_radius, parameters.max_velocity)
+    return parameters.command_latency + drive
+
+
+def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Parameters) -> float:
+    """Return the maximum time (s) until the platform is level and under a point (m)."""
+    distance = robot.distance_to(point)
+    if not robot.is_at_rest:
+        return drive_time(distance + parameters.max_velocity * parameters.command_latency,
+                          parameters)
+    if robot.is_level and distance <= parameters.platform_radius:
+        return 0.0
+    return drive_time(distance, parameters)
+
+
+def guaranteed_distance(height: float, parameters: Parameters) -> float:
     """
     Return the largest distance (m) at which a robot at rest is guaranteed to catch a brick.
 
-    The distance is negative if no catch is guaranteed. `height` (m) is the height of the brick's
-    center at the release, and `excess` (s) is the excess latency.
+    The distance is -infinity if no catch is guaranteed. `height` (m) is the height of the brick's
+    center at the release.
     """
-    if height < resting_height(parameters):
+    time = fall_time(height, parameters) - DETECTION_TIME - parameters.command_latency
+    if time < 0.0:
         return -inf
-    time = fall_time(height, parameters) - GUARANTEED_LATENCY - excess
-    return parameters.max_velocity * time + parameters.platform_radius
+    time -= braking_loss(parameters.platform_radius, parameters.max_velocity)
+    return parameters.platform_radius + parameters.max_velocity * max(time, 0.0)
 
 
-def decide_reachability(fall: Fall, now: int, robot: RobotMotion | None,
-                        parameters: CatcherParameters, excess: float = 0.0) -> Decision:
+def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
+                        parameters: Parameters) -> Decision:
     """
     Decide whether the robot can be under a falling brick when the brick lands.
 
     :param now: current time (ns)
-    :param robot: motion of the robot, or None if the robot is unavailable
-    :param excess: excess latency (s)
+    :param robot: state of the robot, or None if the robot is unavailable
     """
     time = fall.time_to(resting_height(parameters), parameters.gravity_accel)
-    contact = fall.stamp + (0 if isnan(time) else round(time / SECONDS_PER_NS))
-    available = (contact - now) * SECONDS_PER_NS
-    latency = COMMAND_LATENCY + excess
+    available = time - (now - fall.stamp) * SECONDS_PER_NS
     distance = needed = inf
     if robot is None:
         reason = 'no robot is available'
     else:
         distance = robot.distance_to(fall.position)
-        needed = time_needed(fall, robot, parameters, excess)
+        needed = time_needed(fall.position, robot, parameters)
         reason = _landing_problem(fall, time, parameters)
+        # Late transforms can put the landing in the past.
         remaining = max(available, 0.0)
         if not reason and needed > remaining:
             reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick '
-                      f'lands in {remaining:.3f} s, {needed - remaining:.3f} s too early '
-                      f'(command latency {latency:.2f} s)')
-    return Decision(not reason, fall, contact, available, needed, latency, distance, reason)
+                      f'lands in {remaining:.3f} s, {needed - remaining:.3f} s too early')
+    return Decision(not reason, fall, available, needed, distance, reason)
 
 
-def time_needed(fall: Fall, robot: RobotMotion, parameters: CatcherParameters,
-                excess: float) -> float:
-    """Return the maximum time (s) until the platform is level and under a falling brick."""
-    distance = robot.longest_distance_to(fall.position)
-    time = 0.0
-    if distance > parameters.platform_radius:
-        # For tiny platforms, travel_time exceeds the quotient in the module's formula.
-        time = COMMAND_LATENCY + excess + travel_time(
-            distance, parameters.platform_radius, parameters.max_velocity)
-    return time if robot.level else max(time, LEVEL_LATENCY + excess)
-
-
-def _landing_problem(fall: Fall, time: float, parameters: CatcherParameters) -> str:
+def _landing_problem(fall: Fall, time: float, parameters: Parameters) -> str:
     """Return the reason why the brick cannot land on a platform, or an empty string if it can."""
     if isnan(time):
         return (f'the brick, at {fall.z:.4g} m, falls from below its resting height on the '
