@@ -18,6 +18,7 @@ import csv
 from dataclasses import replace
 from math import hypot, inf
 import os
+import re
 import signal
 import sys
 from threading import Event
@@ -149,10 +150,23 @@ def test_figures_are_drawn(tmp_path, drops, caught):
                for name in ('map.png', 'drop.png'))
 
 
+def test_a_moving_robot_catches_every_brick_reported_as_reachable(tmp_path, capsys):
+    """The robot is not at rest in the center, so no catch is guaranteed and no map is drawn."""
+    assert sweep.main(['--moving', '--drops', '40', '--height', '5', '10', '--workers', '1',
+                       '--output', str(tmp_path)]) == 0
+    output = capsys.readouterr().out
+    assert re.search(r'^40 drops: [1-9]\d* caught, \d+ refused, 0 missed$', output, re.M)
+    assert 'guaranteed catches, 0 drops' in output
+    rows, header = read(tmp_path / sweep.TABLE)
+    assert any('--moving' in line for line in header)
+    assert len({(row['robot_x'], row['robot_y']) for row in rows}) > 30
+    assert not (tmp_path / 'map.png').exists() and (tmp_path / 'drop.png').exists()
+
+
 def test_a_trace_repeats_the_drop(caught):
     samples = trace(PARAMETERS, caught)
     falling = [sample.time for sample in samples if sample.phase.name == 'FALLING']
-    assert falling[0] == 0.0
+    assert falling[0] == pytest.approx(0.004)
     assert falling[-1] + 0.004 == pytest.approx(caught.result.fall_time)
     assert max(sample.commanded for sample in samples) == pytest.approx(PARAMETERS.max_velocity)
     command, motion = (next(sample.time for sample in samples if getattr(sample, speed) > 0.0)

@@ -45,7 +45,7 @@ from graph_client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 from rclpy.node import Node
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, ParameterError, Parameters
-from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
+from turtle_brick.core.reachability import guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.physics import World
 from turtle_brick.tools import positive_int
@@ -162,7 +162,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     graph.add_robot_state_publisher()
     graph.add_robot()
     graph.add_arena()
-    catcher = graph.add_catcher().catcher
+    graph.add_catcher()
     observer = graph.add(Observer, parameters=False, name='demo',
                          profile=Profile.from_parameters(parameters))
     client = GraphClient(graph, observer)
@@ -177,9 +177,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
         freeze()
         watch = client.drop(brick)
         watches.append(watch)
-        # The guaranteed distance is shorter if the latency is longer than on an idle machine.
-        excess = catcher.decision.latency - COMMAND_LATENCY if catcher.decision else 0.0
-        found = faults(watch, guaranteed_distance_to(brick, parameters, excess))
+        found = faults(watch, guaranteed_distance_to(brick, parameters))
         for fault in found:
             print(f'{prefix}FAULT: {fault}\n', end='', flush=True)
         if found:

@@ -36,7 +36,7 @@ from matplotlib.patches import Circle, Rectangle
 import numpy as np
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import (fall_time, guaranteed_distance, GUARANTEED_LATENCY,
+from turtle_brick.core.reachability import (DETECTION_TIME, fall_time, guaranteed_distance,
                                             resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools.simulation import outcome_counts, SimulatedDrop, TraceSample
@@ -141,7 +141,7 @@ def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNor
 def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -> None:
     """Draw circles at the guaranteed and the latency-free distance for each height (m)."""
     guarantee = (f'a catch is guaranteed inside: {parameters.max_velocity:g} m/s × (fall time − '
-                 f'{GUARANTEED_LATENCY:g} s) + platform radius')
+                 f'{DETECTION_TIME + parameters.command_latency:g} s) + platform radius')
     impossible = 'a catch is impossible outside, even without any latency'
     if len(heights) > 1:
         impossible += ' (for the lowest and the highest release)'

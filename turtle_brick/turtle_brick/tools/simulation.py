@@ -39,8 +39,8 @@ from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import Decision, guaranteed_distance
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, TICK, Turtle, TurtlePose,
-                                                    within_arena)
+from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, TICK, Turtle,
+                                                    TurtlePose, within_arena)
 from turtle_brick.physics import Phase, STEP_NS, World
 
 ROBOT_PERIOD_NS = round(driving.COMMAND_PERIOD / SECONDS_PER_NS)
@@ -162,7 +162,7 @@ class Simulation:
         world.brick = brick
         self.rest(0.1)
         world.release()
-        released = self._physics_at
+        released = self._physics_at - STEP_NS  # The next step is the first one that moves.
         robot = self.turtle.pose[:2]
         earlier_decisions = len(self.decisions)
         self.run(lambda: world.phase is not Phase.FALLING)
@@ -223,7 +223,8 @@ class Simulation:
         while self._to_arena and self._to_arena[0][0] <= now:
             world.platform = self._to_arena.popleft()[1]
         world.step()
-        if self.catcher.observe_brick(now, world.brick):
+        self.catcher.observe_brick(now, world.brick)
+        if self.catcher.undecided_fall is not None:
             self._update_catcher(now + self._transport)
         self.after_step()
 
@@ -231,7 +232,7 @@ class Simulation:
         """Update the catcher at time `now` (ns) and send its commands to the robot."""
         # `now` can be later than self.now because the brick's transform arrives with a delay.
         self._decided_at = now = max(now, self._decided_at)
-        for action in self.catcher.update(now, self.world.platform):
+        for action in self.catcher.update(now, self.world.platform, now):
             if isinstance(action, Decision):
                 self.decisions.append((self.now, action))
             else:
@@ -257,6 +258,7 @@ class SimulatedDrop(NamedTuple):
     seed: int  # Seed for the simulation.
     result: DropResult
     guaranteed: float  # Guaranteed distance, negative if no catch is guaranteed.
+    moving: bool = False  # Whether the robot was driving between random points.
 
     @property
     def distance(self) -> float:
@@ -313,25 +315,36 @@ class SimulatedDrop(NamedTuple):
             'finished': result.finished}
 
 
-def guaranteed_distance_to(brick: Vector, parameters: Parameters, excess: float = 0.0) -> float:
+def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
     """Return the `guaranteed_distance` (m) to a brick, or -inf for a brick outside the arena."""
     x, y, height = brick
     if within_arena(x, y) != (x, y):
         return -inf
-    return guaranteed_distance(height, parameters, excess)
+    return guaranteed_distance(height, parameters)
 
 
-def start_simulation(parameters: Parameters, seed: int) -> Simulation:
-    """Return a running simulation with jitter, in which the robot is at rest in the center."""
+def start_simulation(parameters: Parameters, seed: int, moving: bool = False) -> Simulation:
+    """
+    Return a running simulation with jitter, in which the robot is at rest in the center.
+
+    :param moving: whether the robot drives between random points instead. The last goal is older
+        than the command latency because the catcher does not receive the goals of other nodes.
+    """
     simulation = Simulation(parameters, seed, JITTER)
     simulation.rest(0.3)  # The robot, the arena and the catcher exchange their first messages.
+    random = Random(f'{seed} goals')
+    for _ in range(2 if moving else 0):
+        simulation.drive_to(random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE))
+        simulation.rest(parameters.command_latency + random.uniform(0.0, 1.0))
     return simulation
 
 
-def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector) -> SimulatedDrop:
+def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector,
+                  moving: bool = False) -> SimulatedDrop:
     """Simulate a drop with a given index, seed and brick position (m, world frame)."""
-    return SimulatedDrop(number, seed, start_simulation(parameters, seed).drop(brick),
-                         guaranteed_distance_to(brick, parameters))
+    result = start_simulation(parameters, seed, moving).drop(brick)
+    guaranteed = -inf if moving else guaranteed_distance_to(brick, parameters)
+    return SimulatedDrop(number, seed, result, guaranteed, moving)
 
 
 def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
@@ -356,7 +369,7 @@ class TraceSample(NamedTuple):
 
 def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
     """Repeat a drop. Return one sample per physics step until 0.3 s after the drop has ended."""
-    simulation = start_simulation(parameters, drop.seed)
+    simulation = start_simulation(parameters, drop.seed, drop.moving)
     samples: list[TraceSample] = []
 
     def record_sample() -> None:
@@ -369,5 +382,6 @@ def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
     simulation.after_step = record_sample
     simulation.drop(drop.result.brick)
     simulation.rest(0.3)
-    release = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
+    first_step = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
+    release = first_step - STEP_NS * SECONDS_PER_NS
     return [sample._replace(time=sample.time - release) for sample in samples]

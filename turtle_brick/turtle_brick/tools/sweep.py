@@ -54,6 +54,7 @@ class Plan:
     count: int  # Number of drops, or number of grid cells per side.
     heights: tuple[float, float]  # Minimum and maximum release height (m).
     seed: int
+    moving: bool = False  # Whether the robot drives between random points.
 
     @property
     def drop_count(self) -> int:
@@ -65,7 +66,8 @@ class Plan:
         """Return the command-line options that produce this plan."""
         kind = '--grid' if self.grid else '--drops'
         low, high = self.heights
-        return f'{kind} {self.count} --height {low!r} {high!r} --seed {self.seed}'
+        moving = ' --moving' if self.moving else ''
+        return f'{kind} {self.count} --height {low!r} {high!r} --seed {self.seed}{moving}'
 
     def simulations(self) -> Iterator[tuple[int, int, Vector]]:
         """Yield the index, seed and brick position (m, world frame) for each drop, in order."""
@@ -139,7 +141,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
         # Workers inherit this handler, so Ctrl-C does not kill them.
         original_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
-            delayed(simulate_drop)(parameters, *simulation) for simulation in started)
+            delayed(simulate_drop)(parameters, *simulation, plan.moving) for simulation in started)
         signal.signal(signal.SIGINT, stop)
         print(f'Simulating {plan.drop_count:,} drops; output: {options.output.resolve()}',
               flush=True)
@@ -159,11 +161,12 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
 def draw(drops: Sequence[SimulatedDrop], parameters: Parameters, directory: Path) -> None:
     """Draw the map and one drop, and write both figures to a directory."""
     from turtle_brick.tools import plots  # The workers do not need matplotlib.
-    plots.reachability_map(drops, parameters, directory / 'map.png')
     drop = drop_to_draw(drops)
     plots.one_drop(trace(parameters, drop), drop, parameters, directory / 'drop.png')
-    for name in ('map.png', 'drop.png'):
-        print(f'  {directory / name}')
+    print(f'  {directory / "drop.png"}')
+    if not drop.moving:  # The map shows distances from the center.
+        plots.reachability_map(drops, parameters, directory / 'map.png')
+        print(f'  {directory / "map.png"}')
 
 
 def parse(args: Sequence[str] | None) -> argparse.Namespace:
@@ -171,15 +174,17 @@ def parse(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog='sweep',
         description='Simulate many drops without ROS, on all cores, and count the outcomes.',
-        epilog='Each drop starts with the robot at rest in the center of the arena. The same '
-        'options produce an identical table. After Ctrl-C, the finished drops remain in '
-        'the table and are drawn. Exit status: 0 if every accepted brick was caught and no brick '
-        'within the guaranteed distance was refused, otherwise 1; 2 if the sweep failed.')
+        epilog='Without --moving, each drop starts with the robot at rest in the center of the '
+        'arena. The same options produce an identical table. After Ctrl-C, the finished drops '
+        'remain in the table and are drawn. Exit status: 0 if every accepted brick was caught and '
+        'no brick within the guaranteed distance was refused, otherwise 1; 2 if the sweep failed.')
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument('--drops', type=positive_int, default=2000, metavar='N',
                       help='drop N bricks at random positions in the arena (default: 2000)')
     kind.add_argument('--grid', type=positive_int, metavar='N',
                       help='drop one brick in each cell of an N x N grid')
+    parser.add_argument('--moving', action='store_true',
+                        help='drop the bricks while the robot drives between random points')
     parser.add_argument('--height', type=float, nargs='+', metavar='Z',
                         help="height (m) of the brick's center at the release, or the minimum "
                         'and the maximum of random heights (default: height of brick_start)')
@@ -207,7 +212,7 @@ def make_plan(options: argparse.Namespace, parameters: Parameters) -> Plan:
         raise ValueError(f'--height is {" ".join(map(str, heights))}, but must be one height or '
                          f'a minimum and a maximum, each at least {lowest:g} m')
     return Plan(options.grid is not None, options.grid or options.drops,
-                (heights[0], heights[-1]), options.seed)
+                (heights[0], heights[-1]), options.seed, options.moving)
 
 
 def main(args: Sequence[str] | None = None) -> int:

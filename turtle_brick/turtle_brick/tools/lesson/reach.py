@@ -22,9 +22,9 @@ from pathlib import Path
 import numpy as np
 from turtle_brick.core.driving import COMMAND_PERIOD, TRANSPORT_DELAY
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import (COMMAND_LATENCY, fall_time, guaranteed_distance,
-                                            GUARANTEED_LATENCY, QUEUE_LATENCY, resting_height)
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
+from turtle_brick.core.reachability import (DETECTION_TIME, fall_time, guaranteed_distance,
+                                            resting_height)
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, QUEUE_DEPTH, TICK
 from turtle_brick.tools.lesson.falling import DT
 from turtle_brick.tools.plots import (CAUGHT, distance_without_latency, FAINT, FINE_DASHES, INK,
                                       MISSED, new_figure, REFUSED, ROBOT, waterfall)
@@ -38,12 +38,16 @@ WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
     ('message transport', 3 * TRANSPORT_DELAY),
     ('next command of the robot', COMMAND_PERIOD),
-    ('turtlesim queue', QUEUE_LATENCY),
+    ('turtlesim queue', (QUEUE_DEPTH - 1) * COMMAND_PERIOD + TICK + TRANSPORT_DELAY),
     ('next transform of the robot', COMMAND_PERIOD),
-    ('next physics step, reserve', COMMAND_LATENCY - 3 * TRANSPORT_DELAY - 2 * COMMAND_PERIOD
-     - QUEUE_LATENCY),
+    ('next physics step', DT),
 )
-"""Maximum values (s) of the successive delays from a release to the platform's motion."""
+"""Maximum values (s) of the successive delays from a release to the first motion of the robot."""
+
+
+def guaranteed_latency(parameters: Parameters) -> float:
+    """Return the time (s) from the release to the first motion assumed by the guarantee."""
+    return DETECTION_TIME + parameters.command_latency
 
 
 @cache
@@ -77,6 +81,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     for label, time in WORST_DELAYS:
         yield f'    {label:32}{1e3 * time:6.1f} ms'
     yield f'    {"total":32}{1e3 * sum(time for _, time in WORST_DELAYS):6.1f} ms'
+    yield f'    {"assumed by the guarantee":32}{1e3 * guaranteed_latency(parameters):6.1f} ms'
 
 
 def draw(parameters: Parameters, path: Path) -> None:
@@ -93,10 +98,11 @@ def draw(parameters: Parameters, path: Path) -> None:
         heights = low + (10.4 - low) * np.linspace(0.0, 1.0, 301) ** 2
         for limit, width, style, label in (
                 (guaranteed_distance, 1.8, '-',
-                 f'guaranteed: v (t − {GUARANTEED_LATENCY:g} s) + r'),
+                 f'guaranteed: v (t − {guaranteed_latency(parameters):g} s) + r'),
                 (distance_without_latency, 1.4, FINE_DASHES, 'without latency: v t + r')):
-            plane.plot([limit(height, parameters) for height in heights], heights, color=INK,
-                       linewidth=width, linestyle=style, label=label)
+            distances = [max(limit(height, parameters), -1.0) for height in heights]
+            plane.plot(distances, heights, color=INK, linewidth=width, linestyle=style,
+                       label=label)
         plane.axhline(low, color=FAINT, linewidth=1.2)
         plane.text(5.55, low - 0.28, 'below the platform', ha='right', va='center', fontsize=8.5)
         plane.set(xlim=(-0.1, 5.6), ylim=(0.6, 10.4), ylabel='height of the release / m',
@@ -108,5 +114,6 @@ def draw(parameters: Parameters, path: Path) -> None:
         colors = (REFUSED, FAINT, ROBOT, CAUGHT, ROBOT, '#c9a227')
         waterfall(chain, [(f'{label}, {1e3 * time:.0f} ms', 1e3 * time, color, ())
                           for (label, time), color in zip(WORST_DELAYS, colors)])
-        chain.set(xlim=(0.0, 1e3 * GUARANTEED_LATENCY), xlabel='time since the release / ms',
+        chain.set(xlim=(0.0, 1e3 * guaranteed_latency(parameters)),
+                  xlabel='time since the release / ms',
                   title='Maximum delays from the release to the first motion')
