@@ -16,17 +16,17 @@
 #
 # This script builds the packages in this workspace and makes them and ROS 2 available in the
 # shell. If ROS 2 Jazzy is sourced or installed in /opt/ros/jazzy, the script uses this
-# installation (native home). Otherwise, the script first installs ROS from Python wheels into the
-# directory .ros next to the packages (PyPI home). When sourced again, the script builds only
-# changed packages. The return status is 0 on success. Otherwise, the last line of output states
-# the reason. The script uses these environment variables:
+# installation (native environment). Otherwise, the script first installs ROS from Python wheels
+# into the directory .ros next to the packages (PyPI environment). When sourced again, the script
+# builds only changed packages. The return status is 0 on success. Otherwise, the last line of
+# output states the reason. The script uses these environment variables:
 #
-#   PYTHON=...   Python interpreter for the PyPI home, 3.10 to 3.13 (default: the first suitable
-#                program among python3, python3.13, python3.12, python3.11 and python3.10)
+#   PYTHON=...   Python interpreter for the PyPI environment, 3.10 to 3.13 (default: the first
+#                suitable program among python3, python3.13, python3.12, python3.11 and python3.10)
 #   TURTLE_BRICK_VIEW=...   viewer started by the launch files: rviz, web or none (default: rviz
 #                if rviz2 is installed, otherwise web)
-#   FASTRTPS_DEFAULT_PROFILES_FILE=...   discovery settings for the PyPI home (default:
-#                fastdds.xml)
+#   FASTRTPS_DEFAULT_PROFILES_FILE=...   discovery settings for the PyPI environment
+#                (default: fastdds.xml)
 
 if [ -z "${BASH_VERSION-}" ]; then
   echo 'turtle_brick: env.bash requires bash. Start bash and source env.bash there.' >&2
@@ -38,14 +38,14 @@ if [[ ${BASH_SOURCE[0]} == "$0" ]]; then
 fi
 
 _turtle_brick_env() {
-  local scripts home kind python='' fits candidate
+  local scripts environment kind python='' fits candidate
   local -a candidates
   local -; set +u  # the ROS and colcon setup files read unset variables
   scripts=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
-  home=${scripts%/*/*}/.ros
+  environment=${scripts%/*/*}/.ros
 
-  # Choose the home. A shell that already uses the PyPI home continues to use it.
-  if [[ -n ${TURTLE_BRICK_HOME-} && ${VIRTUAL_ENV-} == "$TURTLE_BRICK_HOME/venv" ]]; then
+  # Choose the environment. A shell that already uses the PyPI environment continues to use it.
+  if [[ -n ${VIRTUAL_ENV-} && $VIRTUAL_ENV == "${TURTLE_BRICK_ENVIRONMENT-}/venv" ]]; then
     kind=pypi
   elif [[ -n ${ROS_DISTRO-} && $ROS_DISTRO != jazzy ]]; then
     echo "turtle_brick: This shell has sourced ROS 2 $ROS_DISTRO, but this workspace requires" \
@@ -68,8 +68,8 @@ _turtle_brick_env() {
   # Choose the Python interpreter.
   if [[ $kind == native ]]; then
     python=python3
-  elif [[ -z ${PYTHON-} ]] && "$home/venv/bin/python" -I -c '' 2>/dev/null </dev/null; then
-    python=$home/venv/bin/python
+  elif [[ -z ${PYTHON-} ]] && "$environment/venv/bin/python" -I -c '' 2>/dev/null </dev/null; then
+    python=$environment/venv/bin/python
   else
     fits='import sys, sysconfig
 sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.name != "cpython"
@@ -92,16 +92,16 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   fi
 
   # -I ignores the Python environment variables and the user's packages
-  _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_home.py" "$kind" \
+  _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_environment.py" "$kind" \
     </dev/null || return 1
 
   if [[ $kind == pypi ]]; then
-    source "$home/venv/local_setup.bash" || return 1
+    source "$environment/venv/local_setup.bash" || return 1
     export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$scripts/fastdds.xml}
   fi
   # an empty IFS is required because the colcon script does not quote the path to Python
-  IFS='' source "$home/install/local_setup.bash" || return 1
-  export TURTLE_BRICK_HOME=$home
+  IFS='' source "$environment/install/local_setup.bash" || return 1
+  export TURTLE_BRICK_ENVIRONMENT=$environment
 
   # Report errors in the parameter file before any node starts.
   local status=0
@@ -125,7 +125,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
       eval "$(register-python-argcomplete ros2)" # Tab completion
       source=' from Python wheels'
     fi
-    echo "turtle_brick: Ready to use ROS 2 Jazzy$source and the packages in $home" >&2
+    echo "turtle_brick: Ready to use ROS 2 Jazzy$source and the packages in $environment" >&2
   fi
   return "$status"
 }

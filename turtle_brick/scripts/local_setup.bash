@@ -12,9 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-# Set up a shell to use the virtual environment in the PyPI home as its ROS prefix. make_home.py
-# copies this file into the virtual environment. env.bash and the setup.bash files of overlays
-# source the copy.
+# Set up a shell to use the virtual environment in the PyPI environment as its ROS prefix.
+# make_environment.py copies this file into the virtual environment. env.bash and the setup.bash
+# files of overlays source the copy.
 
 # These variables could select packages from another Python or a middleware that is not installed.
 unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
@@ -27,7 +27,7 @@ export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
 # Without this variable, the wheels would restart every Python process to set LD_LIBRARY_PATH.
 export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
 
-# Insert an entry at the beginning of a search path and remove older entries from this home.
+# Insert an entry at the beginning of a search path and remove older entries from this environment.
 _turtle_brick_first() {
   local entry rest='' IFS=:
   local -; set -f

@@ -22,8 +22,8 @@ PACKAGES = ('turtle_brick', 'graph_client', 'turtle_referee')
 
 HERE = Path(__file__).resolve().parents[1]
 
-HOME = os.environ.get('TURTLE_BRICK_HOME')
-CACHE = os.path.join(HOME, 'mypy') if HOME else os.devnull
+ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
+CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
 """Cache directory of mypy."""
 
 

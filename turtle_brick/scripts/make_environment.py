@@ -12,12 +12,16 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Create or update the directory `.ros` with `make_home.py native` or `make_home.py pypi`.
+Create or update the directory `.ros`.
+
+The command `make_environment.py native` uses the sourced ROS installation. The command
+`make_environment.py pypi` first installs ROS from Python wheels.
 
 The script env.bash runs this program and then sources the setup files in `.ros`:
 
-- `venv` (PyPI home only) is a virtual environment that contains rclpy, DDS, rosidl and the Jazzy
-  messages. It is also a ROS prefix, and its `local_setup.bash` sets the environment variables.
+- `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
+  Jazzy messages. It is also a ROS prefix, and its `local_setup.bash` sets the environment
+  variables.
 - `build`, `install` and `log` are the colcon directories for all packages.
 - `made.json` contains fingerprints of the virtual environment and of each built package.
 
@@ -46,9 +50,9 @@ SCRIPTS = Path(__file__).resolve().parent
 REQUIREMENTS = SCRIPTS / 'requirements.txt'
 LOCAL_SETUP = SCRIPTS / 'local_setup.bash'
 TOP = SCRIPTS.parents[1]
-HOME = TOP / '.ros'
-VENV = HOME / 'venv'
-RECORD = HOME / 'made.json'
+ENVIRONMENT = TOP / '.ros'
+VENV = ENVIRONMENT / 'venv'
+RECORD = ENVIRONMENT / 'made.json'
 
 VERSION = f'{sys.version_info.major}.{sys.version_info.minor}'
 BASE_PYTHON = Path(sys.base_prefix, 'bin', f'python{VERSION}')
@@ -79,7 +83,7 @@ BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
 """Description, alternative names and Ubuntu package for each required program."""
 
 
-class HomeError(Exception):
+class SetupError(Exception):
     """A requirement is missing, or a step failed. The message tells the user what to do."""
 
 
@@ -92,7 +96,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
     """
     Run a command, and show the step and the latest line of output in a terminal.
 
-    :raises HomeError: the command failed and its output has been printed; the message is `failed`
+    :raises SetupError: the command failed and its output has been printed; the message is `failed`
     """
     start, output = time.monotonic(), ''
 
@@ -115,7 +119,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
             show('', end='\n')
     if process.returncode:
         report(output.rstrip())
-        raise HomeError(failed)
+        raise SetupError(failed)
 
 
 def clean_environment() -> dict[str, str]:
@@ -123,7 +127,7 @@ def clean_environment() -> dict[str, str]:
     env = dict(os.environ)
     for name in [name for name in env if name.endswith('PATH')]:
         env[name] = os.pathsep.join(entry for entry in env[name].split(os.pathsep)
-                                    if not entry.startswith(f'{HOME}{os.sep}'))
+                                    if not entry.startswith(f'{ENVIRONMENT}{os.sep}'))
         if not env[name]:
             del env[name]
     return env
@@ -171,10 +175,10 @@ def lock() -> None:
 
 def check_path() -> None:
     """Check that CMake and colcon accept the workspace path."""
-    for character in str(HOME):
+    for character in str(ENVIRONMENT):
         if not (character.isalnum() or character in ALLOWED):
-            raise HomeError(f'The path {str(TOP)!r} contains {character!r}, which CMake or colcon '
-                            'cannot handle. Move the workspace to another path.')
+            raise SetupError(f'The path {str(TOP)!r} contains {character!r}, which CMake or '
+                             'colcon cannot handle. Move the workspace to another path.')
 
 
 def check_platform() -> None:
@@ -183,7 +187,7 @@ def check_platform() -> None:
     machine = (platform.system(), platform.machine().lower(), library)
     numbers = [int(number) for number in re.findall(r'\d+', version)]
     if machine != ('Linux', 'x86_64', 'glibc') or numbers < [2, 28]:
-        raise HomeError(
+        raise SetupError(
             'The Python wheels for ROS 2 Jazzy require Linux on x86-64 with glibc 2.28 or newer, '
             f'but this is {platform.system()} on {platform.machine()} with '
             f'{f"{library} {version}" if library else "another C library"}. '
@@ -194,19 +198,19 @@ def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
     """Check that the PATH contains a program of each required kind."""
     for kind, names, package in required:
         if not any(map(shutil.which, names)):
-            raise HomeError(f'No {kind} found: the PATH does not contain {" or ".join(names)}. '
-                            f'Install one, for example with "sudo apt install {package}".')
+            raise SetupError(f'No {kind} found: the PATH does not contain {" or ".join(names)}. '
+                             f'Install one, for example with "sudo apt install {package}".')
 
 
 def check_python() -> None:
     """Check that this Python can create virtual environments and that its C headers exist."""
     if not all(map(importlib.util.find_spec, ('ensurepip', 'venv'))):
-        raise HomeError(
+        raise SetupError(
             f'Python {VERSION} at {sys.executable} cannot create virtual environments. Install '
             f'the missing package, for example with "sudo apt install python{VERSION}-venv".')
     header = Path(sysconfig.get_path('include'), 'Python.h')
     if not header.is_file():
-        raise HomeError(
+        raise SetupError(
             f'The C headers of Python {VERSION} are missing: {header} does not exist. Install '
             f'them, for example with "sudo apt install python{VERSION}-dev".')
 
@@ -281,30 +285,30 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
     folders = packages_to_build(prefixes)
     real = [find_prefix(name, prefixes)
             for name in ('rclpy', 'geometry_msgs', 'rosidl_default_generators')]
-    underlay = fingerprint(HOME, python, Path(__file__).read_bytes(), *real)
+    underlay = fingerprint(ENVIRONMENT, python, Path(__file__).read_bytes(), *real)
     current = {name: fingerprint(underlay, folder_fingerprint(folder))
                for name, folder in folders.items()}
     changed = [name for name in folders
-               if made.get(name) != current[name] or not (HOME / 'install' / name).is_dir()]
+               if made.get(name) != current[name] or not (ENVIRONMENT / 'install' / name).is_dir()]
     outdated = [*changed, *(set(made) - set(folders) - {'venv'})]
     if changed and not launcher:
         check_programs(*BUILD_TOOLS)
     if any((folders[name] / 'CMakeLists.txt').is_file() for name in changed):
         check_programs(*COMPILERS)
-    HOME.mkdir(exist_ok=True)
+    ENVIRONMENT.mkdir(exist_ok=True)
     made = {name: mark for name, mark in made.items() if name not in outdated}
     if outdated:
         write_record(made)
     for name in outdated:
         # colcon does not delete files that a package no longer installs.
-        shutil.rmtree(HOME / 'build' / name, ignore_errors=True)
-        shutil.rmtree(HOME / 'install' / name, ignore_errors=True)
+        shutil.rmtree(ENVIRONMENT / 'build' / name, ignore_errors=True)
+        shutil.rmtree(ENVIRONMENT / 'install' / name, ignore_errors=True)
     if not changed:
         return
     command = [
-        *launcher, 'colcon', '--log-base', str(HOME / 'log'), 'build',
+        *launcher, 'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build',
         '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
-        '--build-base', str(HOME / 'build'), '--install-base', str(HOME / 'install')]
+        '--build-base', str(ENVIRONMENT / 'build'), '--install-base', str(ENVIRONMENT / 'install')]
     if launcher:
         # The linters for turtle_brick_interfaces are not on PyPI.
         command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3',
@@ -315,13 +319,13 @@ def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list
     write_record({**made, **current})
 
 
-def remove_home() -> None:
+def remove_environment() -> None:
     """Delete the directory `.ros`, starting with the record file."""
     RECORD.unlink(missing_ok=True)
-    shutil.rmtree(HOME, ignore_errors=True)
+    shutil.rmtree(ENVIRONMENT, ignore_errors=True)
 
 
-def make_native_home(made: dict[str, str]) -> None:
+def make_native_environment(made: dict[str, str]) -> None:
     """Build the packages against the sourced ROS installation."""
     env = clean_environment()
     env['COLCON_DEFAULTS_FILE'] = os.devnull
@@ -329,7 +333,7 @@ def make_native_home(made: dict[str, str]) -> None:
     build(prefixes, f'{sys.prefix} {VERSION}', made, [], env)
 
 
-def make_pypi_home(made: dict[str, str]) -> None:
+def make_pypi_environment(made: dict[str, str]) -> None:
     """Create the virtual environment if it is missing or outdated, and build the packages."""
     sources = (REQUIREMENTS, LOCAL_SETUP, Path(__file__))
     mark = fingerprint(VENV, BASE_PYTHON, *(path.read_bytes() for path in sources))
@@ -341,13 +345,13 @@ def make_pypi_home(made: dict[str, str]) -> None:
         report('turtle_brick: ROS 2 Jazzy is not installed. Installing it once from Python wheels '
                'into .ros, which takes two to four minutes and 650 MB ...')
         try:
-            remove_home()
-            HOME.mkdir(exist_ok=True)
+            remove_environment()
+            ENVIRONMENT.mkdir(exist_ok=True)
             make_venv()
             made = {'venv': mark}
             write_record(made)
         except BaseException:
-            remove_home()
+            remove_environment()
             raise
     env = clean_environment()
     # With these variables, CMake would also search the prefixes of another environment.
@@ -359,14 +363,14 @@ def make_pypi_home(made: dict[str, str]) -> None:
 
 
 def main() -> int:
-    """Make the home selected on the command line, and return the exit status."""
-    make = {'native': make_native_home, 'pypi': make_pypi_home}[sys.argv[1]]
+    """Make the environment selected on the command line, and return the exit status."""
+    make = {'native': make_native_environment, 'pypi': make_pypi_environment}[sys.argv[1]]
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
     try:
         lock()
         make(read_record())
-    except HomeError as error:
+    except SetupError as error:
         report(f'turtle_brick: {error}')
     except KeyboardInterrupt:
         report('turtle_brick: The build was interrupted. Source env.bash again.')

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test make_home.py with changed packages, missing requirements and interrupted builds."""
+"""Test make_environment.py with changed packages, missing requirements and interrupted builds."""
 
 import importlib.util
 import os
@@ -46,14 +46,14 @@ def top(tmp_path):
 
 def load(top):
     spec = importlib.util.spec_from_file_location(
-        'make_home', top / 'turtle_brick' / 'scripts' / 'make_home.py')
+        'make_environment', top / 'turtle_brick' / 'scripts' / 'make_environment.py')
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 @pytest.fixture
-def make_home(top):
+def program(top):
     return load(top)
 
 
@@ -64,8 +64,8 @@ def executable(path, text=''):
     return path
 
 
-def test_cmake_files_are_adapted_to_this_machine(make_home):
-    text = make_home.repair_cmake(
+def test_cmake_files_are_adapted_to_this_machine(program):
+    text = program.repair_cmake(
         'INCLUDES "/opt/python/cp313-cp313t/include/python3.13t;'
         '/opt/python/cp310-cp310/lib/python3.10/site-packages/numpy/_core/include"\n'
         'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
@@ -82,10 +82,10 @@ def test_cmake_files_are_adapted_to_this_machine(make_home):
         '  add_custom_target(\n    ${target} ALL\n')
 
 
-def test_a_terminal_shows_the_progress_of_a_command(make_home, capsys, monkeypatch):
+def test_a_terminal_shows_the_progress_of_a_command(program, capsys, monkeypatch):
     monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
     monkeypatch.setenv('COLUMNS', '40')
-    make_home.run(['printf', f'one\ntwo of many\n{"o" * 99}'], dict(os.environ), 'work', '')
+    program.run(['printf', f'one\ntwo of many\n{"o" * 99}'], dict(os.environ), 'work', '')
     output = capsys.readouterr().err
     assert re.search(r'work ... \d s two of many', output)
     assert re.search(r'\r  work ... \d s\033\[K\n$', output)
@@ -110,18 +110,18 @@ INDEX = 'share/ament_index/resource_index/packages'
 
 
 @pytest.fixture
-def built(make_home, tmp_path, monkeypatch):
-    """Return a function that makes a native home and returns the names of the built packages."""
+def built(program, tmp_path, monkeypatch):
+    """Return a function that makes a native environment and returns the built packages."""
     for name in ('colcon', 'cmake'):
         executable(tmp_path / 'tools' / name, COLCON)
     monkeypatch.setenv('PATH', f'{tmp_path}/tools:{os.environ["PATH"]}')
-    # AMENT_PREFIX_PATH contains the home if env.bash has already been sourced.
-    executable(make_home.HOME / 'sourced' / INDEX / 'tf2_msgs')
-    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{make_home.HOME}/sourced:{tmp_path}/prefix')
+    # AMENT_PREFIX_PATH contains the environment if env.bash has already been sourced.
+    executable(program.ENVIRONMENT / 'sourced' / INDEX / 'tf2_msgs')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{program.ENVIRONMENT}/sourced:{tmp_path}/prefix')
 
-    def build(module=make_home):
+    def build(module=program):
         (module.TOP / 'built').write_text('')
-        module.make_native_home(module.read_record())
+        module.make_native_environment(module.read_record())
         return (module.TOP / 'built').read_text().split()
 
     return build
@@ -152,12 +152,12 @@ def test_only_changed_packages_are_built_again(top, tmp_path, built):
     assert built(load(top.rename(top.with_name('moved')))) == EVERYTHING[2:]
 
 
-def test_a_failed_build_is_reported_and_repeated(top, make_home, built, capsys):
+def test_a_failed_build_is_reported_and_repeated(top, program, built, capsys):
     assert built() == EVERYTHING
     content = top / 'turtle_brick/content.txt'
     content.write_text('changed')
     (top / 'broken').touch()
-    with pytest.raises(make_home.HomeError, match='colcon could not build turtle_brick'):
+    with pytest.raises(program.SetupError, match='colcon could not build turtle_brick'):
         built()
     assert 'error: it is broken' in capsys.readouterr().err
     (top / 'broken').unlink()
@@ -180,11 +180,11 @@ fi
 first waits until its parent has exited."""
 
 
-def refusal(make_home, make='make_pypi_home'):
-    """Check that making a home fails and leaves no files, and return the error message."""
-    with pytest.raises(make_home.HomeError) as refused:
-        getattr(make_home, make)({})
-    assert not make_home.HOME.exists()
+def refusal(program, make='make_pypi_environment'):
+    """Check that making an environment fails and leaves no files, and return the error message."""
+    with pytest.raises(program.SetupError) as refused:
+        getattr(program, make)({})
+    assert not program.ENVIRONMENT.exists()
     return str(refused.value)
 
 
@@ -193,18 +193,18 @@ def refusal(make_home, make='make_pypi_home'):
     (platform, 'libc_ver', lambda: ('glibc', '2.17'), ['2.28', 'glibc 2.17']),
     (sysconfig, 'get_path', lambda _: '/no/include', ['/no/include/Python.h', '-dev']),
     (importlib.util, 'find_spec', lambda _: None, ['virtual environments', '-venv"'])])
-def test_an_unsupported_machine_is_refused(make_home, monkeypatch, module, name, value, words):
+def test_an_unsupported_machine_is_refused(program, monkeypatch, module, name, value, words):
     monkeypatch.setattr(module, name, value)
-    assert all(word in refusal(make_home) for word in words)
+    assert all(word in refusal(program) for word in words)
 
 
-def test_a_missing_program_is_named(make_home, tmp_path, monkeypatch):
+def test_a_missing_program_is_named(program, tmp_path, monkeypatch):
     monkeypatch.setenv('PATH', f'{tmp_path}/tools')
     monkeypatch.setenv('AMENT_PREFIX_PATH', '')
-    assert 'colcon' in refusal(make_home, 'make_native_home')
-    assert 'No C compiler' in refusal(make_home)
+    assert 'colcon' in refusal(program, 'make_native_environment')
+    assert 'No C compiler' in refusal(program)
     executable(tmp_path / 'tools' / 'gcc')
-    sentence = refusal(make_home)
+    sentence = refusal(program)
     assert 'No C++ compiler' in sentence and 'sudo apt install build-essential' in sentence
 
 
@@ -217,28 +217,28 @@ def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, 
     assert words in refusal(load(top.rename(top.with_name(name))))
 
 
-def test_the_output_of_pip_is_shown(top, make_home, monkeypatch, capsys):
-    monkeypatch.setattr(make_home, 'BASE_PYTHON', executable(top.with_name('python'), PYTHON))
+def test_the_output_of_pip_is_shown(top, program, monkeypatch, capsys):
+    monkeypatch.setattr(program, 'BASE_PYTHON', executable(top.with_name('python'), PYTHON))
     monkeypatch.setenv('PIP_SAYS', 'ERROR: No space left')
-    assert 'pip could not install' in refusal(make_home)
+    assert 'pip could not install' in refusal(program)
     assert 'ERROR: No space left' in capsys.readouterr().err
 
 
-def test_unfinished_results_are_deleted(make_home, monkeypatch):
+def test_unfinished_results_are_deleted(program, monkeypatch):
     for path in ('venv/attempt', 'install/turtle_brick/a', 'build/turtle_brick/a'):
-        executable(make_home.HOME / path)
+        executable(program.ENVIRONMENT / path)
     for name in ('make_venv', 'build'):
-        monkeypatch.setattr(make_home, name, lambda *_: None)
-    make_home.make_pypi_home({})
-    assert [path.name for path in make_home.HOME.iterdir()] == ['made.json']
+        monkeypatch.setattr(program, name, lambda *_: None)
+    program.make_pypi_environment({})
+    assert [path.name for path in program.ENVIRONMENT.iterdir()] == ['made.json']
 
 
 def started(top, pip_says):
     script = f"""import sys
 sys.path.insert(0, {str(top / 'turtle_brick' / 'scripts')!r})
-import make_home
-make_home.BASE_PYTHON = {str(executable(top.with_name('python'), PYTHON))!r}
-sys.exit(make_home.main())"""
+import make_environment
+make_environment.BASE_PYTHON = {str(executable(top.with_name('python'), PYTHON))!r}
+sys.exit(make_environment.main())"""
     return Process([sys.executable, '-c', script, 'pypi'], {'PIP_SAYS': pip_says})
 
 

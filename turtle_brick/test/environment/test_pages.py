@@ -74,7 +74,7 @@ REQUIRES_ARENA = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
 
 SKIPPED = {}
 """Patterns for commands that cannot run in this environment, with reasons."""
-if os.environ.get('TURTLE_BRICK_HOME') != f'{ROOT}/.ros':
+if os.environ.get('TURTLE_BRICK_ENVIRONMENT') != f'{ROOT}/.ros':
     SKIPPED['(source|bash) turtle_brick/scripts'] = 'env.bash has not been sourced'
 if find_spec('viser') is None:
     SKIPPED['ros2 run turtle_brick viewer|bash turtle_brick/scripts/demo'] = 'viser is missing'

@@ -25,10 +25,10 @@ import pytest
 
 SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 ENV = SCRIPTS / 'env.bash'
-HOME = os.environ.get('TURTLE_BRICK_HOME', '')
+ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT', '')
 
-with_home = pytest.mark.skipif(
-    HOME != str(SCRIPTS.parents[1] / '.ros'), reason='env.bash has not been sourced')
+with_environment = pytest.mark.skipif(
+    ENVIRONMENT != str(SCRIPTS.parents[1] / '.ros'), reason='env.bash has not been sourced')
 without_ros = pytest.mark.skipif(
     os.path.exists('/opt/ros/jazzy'), reason='env.bash would use /opt/ros/jazzy')
 
@@ -53,18 +53,18 @@ import rclpy, tf2_msgs.msg, tf2_ros, turtlesim.msg, turtlesim.srv, xacro, yaml
 import turtle_brick, turtle_referee, turtle_brick_interfaces.msg, turtle_brick_interfaces.srv'"""
 
 
-@with_home
-def test_a_ready_home_is_sourced_quickly_and_silently():
+@with_environment
+def test_a_ready_environment_is_sourced_quickly_and_silently():
     before = getrusage(RUSAGE_CHILDREN)
     assert sourced(IMPORTS) == (0, '', '')
     after = getrusage(RUSAGE_CHILDREN)
     assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 5.0
 
 
-@with_home
-@pytest.mark.skipif(os.environ.get('VIRTUAL_ENV', '') != f'{HOME}/venv',
-                    reason='this is not a PyPI home')
-def test_the_pypi_home_ignores_the_environment_of_the_caller(tmp_path):
+@with_environment
+@pytest.mark.skipif(os.environ.get('VIRTUAL_ENV', '') != f'{ENVIRONMENT}/venv',
+                    reason='this is not a PyPI environment')
+def test_the_pypi_environment_ignores_the_environment_of_the_caller(tmp_path):
     for name in ('rclpy', 'numpy', 'platform', 'yaml'):
         (tmp_path / f'{name}.py').write_text('raise RuntimeError("wrong module")')
     python = tmp_path / 'a b' / 'python'
@@ -77,7 +77,7 @@ def test_the_pypi_home_ignores_the_environment_of_the_caller(tmp_path):
         PYTHON=None, COLCON_PYTHON_EXECUTABLE=str(python)) == (0, '', '')
     # The first line of a script must not contain a path with spaces.
     shebangs = {path.read_bytes().split(b'\n')[0]
-                for path in Path(HOME, 'install').glob('*/lib/*/*')
+                for path in Path(ENVIRONMENT, 'install').glob('*/lib/*/*')
                 if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name}
     assert shebangs == {b'#!/usr/bin/env python3', b'#!/bin/sh'}
 
@@ -88,7 +88,7 @@ compgen -v | grep -v -x -E 'BASH.*|_|SECONDS|RANDOM|SRANDOM|EPOCH.*|PIPESTATUS|L
 """
 
 
-@with_home
+@with_environment
 def test_sourcing_keeps_shell_options_functions_and_variables():
     options = {'options': ('-efu', '-o', 'pipefail'), 'ROS_DOMAIN_ID': '77'}
     # This process has already inherited the variables from env.bash.
@@ -110,13 +110,13 @@ def test_sourcing_keeps_shell_options_functions_and_variables():
 
 def test_an_invalid_parameter_file_is_reported_after_the_setup_of_the_shell(unbuilt):
     scripts = unbuilt[0].parent
-    (scripts / 'make_home.py').write_text('')
+    (scripts / 'make_environment.py').write_text('')
     for path, text in ((scripts.parents[1] / '.ros/install/local_setup.bash', 'OVERLAY=sourced'),
                        (scripts.parent / 'config/turtle.yaml', 'max_velocity:3.0')):
         path.parent.mkdir(parents=True)
         path.write_text(text)
     status, output, errors = shell(
-        f'source {shlex.quote(str(unbuilt[0]))}\necho "$? $OVERLAY $TURTLE_BRICK_HOME"',
+        f'source {shlex.quote(str(unbuilt[0]))}\necho "$? $OVERLAY $TURTLE_BRICK_ENVIRONMENT"',
         VIRTUAL_ENV=None, ROS_DISTRO='jazzy')
     assert (status, output) == (0, f'1 sourced {scripts.parents[1]}/.ros\n')
     assert errors.startswith('turtle_brick: ') and 'turtle.yaml: there are no' in errors
@@ -130,7 +130,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return two paths: env.bash in a workspace without a home, and a folder for programs."""
+    """Return two paths: env.bash in a workspace that is not built, and a folder for programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -143,8 +143,8 @@ def refusal(env_bash, **variables):
     """Check that env.bash fails and creates no files, and return the error message."""
     status, output, errors = shell(
         f'source {shlex.quote(str(env_bash))}\necho "$?"\ndeclare -F', **{
-            'ROS_DISTRO': None, 'TURTLE_BRICK_HOME': None, 'VIRTUAL_ENV': None, 'PYTHON': None,
-            **variables})
+            'ROS_DISTRO': None, 'TURTLE_BRICK_ENVIRONMENT': None, 'VIRTUAL_ENV': None,
+            'PYTHON': None, **variables})
     assert (status, output) == (0, '1\n')
     assert len(errors.splitlines()) == 1 and errors.startswith('turtle_brick: ')
     assert [path.name for path in env_bash.parents[2].iterdir()] == ['turtle_brick']
