@@ -106,6 +106,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   # Report errors in the parameter file before any node starts.
   local status=0
   python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || status=1
+  xacro "${scripts%/*}/urdf/turtle.urdf.xacro" </dev/null >/dev/null || status=1
 
   # Choose the viewer for the launch files.
   if [[ -z ${TURTLE_BRICK_VIEW-} ]]; then

@@ -45,9 +45,11 @@ from graph_client.spinning import handle_interrupts
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import String
-from turtle_brick.core.latency import WINDOW
 from turtle_brick.ros.tf import MAX_AHEAD_NS
 from turtle_brick.tools.graph import Graph
+
+WINDOW = 10.0
+"""Time (s) after a fault for which the catcher may refuse easy bricks."""
 
 NODES = {
     'turtlesim': ('turtlesim', 'turtlesim_node', '-p', 'holonomic:=true'),

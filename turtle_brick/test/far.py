@@ -15,24 +15,24 @@
 """
 Drop bricks in a graph on three hosts with slow links between them.
 
-    python3 turtle_brick/test/far.py --delay 30 --jitter 5 --loss 1 --drops 40
+    python3 turtle_brick/test/far.py --delay 30 --jitter 5 --latency 0.2 --drops 40
 
 The hosts are network namespaces on this machine. The first host runs the robot, the second runs
-the catcher, and the third runs the arena. A software switch delays and drops Ethernet frames. The
-program requires user namespaces (`unshare --user`) and /dev/net/tun, but not root privileges.
+the catcher, and the third runs the arena. A software switch delays Ethernet frames. The program
+requires user namespaces (`unshare --user`) and /dev/net/tun, but not root privileges.
 """
 
 import argparse
 from collections import Counter
 from collections.abc import Callable
 import ctypes
+from dataclasses import replace
 from fcntl import ioctl
 import heapq
 from math import cos, dist, inf, pi, sin
 import os
 from pathlib import Path
 from random import Random
-import re
 import select
 import socket
 import struct
@@ -46,8 +46,8 @@ from graph_client.record import Received
 from graph_client.spinning import handle_interrupts, INTERRUPTED
 from rcl_interfaces.msg import Log
 from std_msgs.msg import String
-from turtle_brick.core.parameters import default_path, load
-from turtle_brick.core.reachability import COMMAND_LATENCY, guaranteed_distance, resting_height
+from turtle_brick.core.parameters import default_path, load, Parameters
+from turtle_brick.core.reachability import guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import within_arena
 from turtle_brick.tools.graph import Graph
 
@@ -61,9 +61,6 @@ TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x891
 
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
-
-FIRST_LATENCY = 0.5
-"""Latency (s) assumed for the first brick."""
 
 START_TIME = 60.0
 """Timeout (s) for the start of the graph."""
@@ -88,13 +85,11 @@ def move_to_new_host(number: int) -> int:
     return tap
 
 
-def switch(taps: list[int], delay: float, jitter: float, loss: float,
-           is_done: Callable[[], bool]) -> None:
+def switch(taps: list[int], delay: float, jitter: float, is_done: Callable[[], bool]) -> None:
     """
     Forward Ethernet frames to their destination, or to all hosts if the destination is unknown.
 
     :param delay: mean delay (s) of a frame, with the standard deviation `jitter` (s)
-    :param loss: fraction of lost frames
     :param is_done: function called every 0.1 s that returns whether to stop the switch
     """
     random = Random(1)
@@ -113,25 +108,18 @@ def switch(taps: list[int], delay: float, jitter: float, loss: float,
                 frame = os.read(source, 2048)
                 tap_of[frame[6:12]] = source
                 for tap in [tap_of[frame[:6]]] if frame[:6] in tap_of else taps:
-                    if tap != source and random.random() >= loss:
+                    if tap != source:
                         count += 1
                         heapq.heappush(queue, (monotonic() + max(random.gauss(delay, jitter), 0.0),
                                                count, tap, frame))
 
 
-def distance_at_latency(height: float, latency: float) -> float:
-    """Return the guaranteed catching distance (m) for a given height (m) and latency (s)."""
-    # The measured latency includes two link delays: one for the command and one for the pose. The
-    # brick transforms after the release arrive over a third link.
-    return guaranteed_distance(height, load(), 1.5 * (latency - COMMAND_LATENCY))
-
-
-def random_place(robot: tuple[float, float], latency: float, random: Random
+def random_place(robot: tuple[float, float], parameters: Parameters, random: Random
                  ) -> tuple[float, float, float]:
-    """Return a random position (m) within the guaranteed distance for a given latency (s)."""
+    """Return a random position (m) within the guaranteed distance."""
     while True:
-        z = resting_height(load()) + random.uniform(3.0, 7.0)
-        distance = random.uniform(0.6, 1.0) * distance_at_latency(z, latency)
+        z = resting_height(parameters) + random.uniform(3.0, 7.0)
+        distance = random.uniform(0.6, 1.0) * guaranteed_distance(z, parameters)
         angle = random.uniform(-pi, pi)
         x, y = robot[0] + distance * cos(angle), robot[1] + distance * sin(angle)
         if within_arena(x, y) == (x, y):
@@ -148,18 +136,18 @@ def outcome_of(decision: str, caught: bool) -> str:
     return 'caught although refused' if caught else 'refused'
 
 
-def drop_bricks(drops: int) -> int:
+def drop_bricks(options: argparse.Namespace) -> int:
     """
     Drop bricks, and print each result and a row for the table in figures.md.
 
-    The first brick only measures the latency and does not count toward `drops`. A brick that the
-    robot misses while this machine is overloaded does not count.
+    A brick that the robot misses while this machine is overloaded does not count.
 
-    :return: exit status (0 if every brick after the first one was caught or refused)
+    :return: exit status (0 if every brick was caught or refused)
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()
-    latencies = [FIRST_LATENCY]
+    # The transforms of the falling brick reach the catcher late, too.
+    parameters = replace(load(), command_latency=options.latency + options.delay * 1e-3)
     with Graph() as graph:
         graph.add_arena()
         observer = graph.add(Observer, parameters=False)
@@ -173,14 +161,13 @@ def drop_bricks(drops: int) -> int:
         graph.spin_until(lambda: client.is_complete() and any(
             'waiting for a fall' in line.message.msg for line in log), START_TIME,
                          'robot, arena and catcher are running')
-        number = 0
-        while number <= drops:
+        while outcomes.total() < options.drops:
             graph.spin_until(lambda: latest(catcher_states) == 'waiting', TIMEOUT,
                              'the catcher is waiting')
             client.wait_until(client.is_at_rest, TIMEOUT)
             robot = client.robot_position()
             assert robot is not None
-            place = random_place(robot, latencies[-1], random)
+            place = random_place(robot, parameters, random)
             client.place(place, hovering=1.0).check()
             decisions.clear()
             brick_states.clear()
@@ -192,24 +179,18 @@ def drop_bricks(drops: int) -> int:
             caught = 'riding' in [state.message.data for state in brick_states]
             decision = latest(decisions)
             print(f'  {decision}', flush=True)
-            # The decision does not contain a latency if the robot is unavailable.
-            if latency := re.search(r'command latency ([\d.]+)', decision):
-                latencies.append(float(latency[1]))
             outcome = outcome_of(decision, caught)
             if outcome == 'missed' and not observer.record.is_calm(begin, time_ns()):
                 print('  missed, but not counted because the machine was overloaded', flush=True)
                 continue
-            if number:
-                distance = dist(place[:2], robot)
-                limit = distance_at_latency(place[2], latencies[-1])
-                outcomes[outcome] += 1
-                outcomes['inside'] += outcome == 'refused' and distance <= limit
-                print(f'  {distance:.2f} m, guaranteed {limit:.2f} m: {outcome}', flush=True)
-            number += 1
-    broken = drops - outcomes['caught'] - outcomes['refused']
-    print(f'| {drops} | {min(latencies[2:]):.2f}–{max(latencies[2:]):.2f} s | '
-          f'{outcomes["caught"]} | {outcomes["refused"]} | {outcomes["inside"]} | {broken} |',
-          flush=True)
+            outcomes[outcome] += 1
+            print(f'  {dist(place[:2], robot):.2f} m: {outcome}', flush=True)
+        late = [line.message.msg for line in log if 'to respond to a goal' in line.message.msg]
+    for warning in late:
+        print(f'  {warning}', flush=True)
+    broken = options.drops - outcomes['caught'] - outcomes['refused']
+    print(f'| {options.delay:g} ± {options.jitter:g} ms | {options.latency:g} s | '
+          f'{outcomes["caught"]} | {outcomes["refused"]} | {broken} |', flush=True)
     return 1 if broken else 0
 
 
@@ -230,12 +211,12 @@ def run_hosts(options: argparse.Namespace) -> int:
         for number, (listener, *program) in enumerate((
                 (None, str(HERE), '--robot'),
                 (None, '-m', 'turtle_brick.catcher', '--ros-args', '--params-file',
-                 str(default_path())),
+                 str(default_path()), '-p', f'command_latency:={options.latency}'),
                 (sys.stdout.write, str(HERE), '--client', *sys.argv[1:])), 1):
             taps.append(move_to_new_host(number))
             processes.append(Process([sys.executable, *program], environment, listener))
         client = processes[-1]
-        switch(taps, options.delay * 1e-3, options.jitter * 1e-3, options.loss * 1e-2,
+        switch(taps, options.delay * 1e-3, options.jitter * 1e-3,
                lambda: INTERRUPTED.is_set() or not client.running)
         return 1 if INTERRUPTED.is_set() else client.wait(1.0)
     finally:
@@ -248,7 +229,8 @@ def main() -> int:
     for name, default, text in (
             ('delay', 30.0, 'mean one-way delay of a frame (ms)'),
             ('jitter', 5.0, 'standard deviation of the delay (ms)'),
-            ('loss', 0.0, 'percentage of lost frames'), ('drops', 40, 'number of bricks')):
+            ('latency', load().command_latency, 'command_latency of the catcher (s)'),
+            ('drops', 40, 'number of bricks')):
         parser.add_argument(f'--{name}', type=type(default), default=default, help=text)
     for role in ('--robot', '--client'):
         parser.add_argument(role, action='store_true', help=argparse.SUPPRESS)
@@ -258,7 +240,7 @@ def main() -> int:
         if options.robot:
             run_robot()
         if options.client:
-            return drop_bricks(options.drops)
+            return drop_bricks(options)
         if os.environ.get('FAR_INSIDE') != '1':
             os.environ['FAR_INSIDE'] = '1'
             os.execvp('unshare', ['unshare', '--user', '--map-root-user', sys.executable,

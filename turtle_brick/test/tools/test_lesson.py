@@ -15,8 +15,10 @@
 """Test the lesson program. test_pages.py tests the output that the pages quote."""
 
 import pytest
+from turtle_brick.core import driving
+from turtle_brick.core.parameters import load
 from turtle_brick.tools.lesson import __main__ as lesson
-from turtle_brick.tools.lesson import falling, rolling
+from turtle_brick.tools.lesson import falling, queueing, rolling
 
 
 def test_without_a_name_all_parts_are_printed_and_drawn(tmp_path, capsys, monkeypatch):
@@ -25,6 +27,8 @@ def test_without_a_name_all_parts_are_printed_and_drawn(tmp_path, capsys, monkey
     assert {file.name for file in (tmp_path / 'new').iterdir()} == {
         'lesson-rolling.png', 'lesson-falling.png'}
     printed = capsys.readouterr().out
+    assert lesson.main(['falling', 'rolling', '--output', str(tmp_path)]) == 0
+    assert capsys.readouterr().out.index('falling:') < len(printed)
     assert 'rolling:\n' in printed and 'falling:\n' in printed and 'one turn is 1.257 m' in printed
 
 
@@ -34,3 +38,15 @@ def test_invalid_input_gives_one_sentence(tmp_path, capsys):
     assert "'flying' (choose from" in capsys.readouterr().err
     assert lesson.main(['--params-file', str(tmp_path / 'none.yaml')]) == 2
     assert capsys.readouterr().err.startswith('lesson: ')
+
+
+@pytest.mark.parametrize(('braking_time', 'overshoots'), [(driving.BRAKING_TIME, True),
+                                                          (0.2, False)])
+def test_a_controller_without_prediction_overshoots_with_a_high_gain(
+        monkeypatch, braking_time, overshoots):
+    """Exercise 3 describes these overshoots."""
+    monkeypatch.setattr(driving, 'BRAKING_TIME', braking_time)
+    driver = driving.Driver(load().max_velocity)
+    driver.predicts = False
+    overshoot = max(beyond for _, beyond in queueing.approach(driver, load()))
+    assert overshoot > 0.05 if overshoots else overshoot < 5e-4

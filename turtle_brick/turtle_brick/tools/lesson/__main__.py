@@ -30,12 +30,20 @@ PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queu
          'reach': reach}
 
 
+def part(name: str) -> str:
+    """Return the name of a part of the lesson, or raise ArgumentTypeError if it is unknown."""
+    if name not in PARTS:
+        raise argparse.ArgumentTypeError(f'{name!r} (choose from {", ".join(PARTS)})')
+    return name
+
+
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the selected part or all parts, and return the exit status."""
+    """Run the selected parts or all parts, and return the exit status."""
     parser = argparse.ArgumentParser(
         prog='lesson',
         description='Print the numbers and draw the figures for the lesson in doc/lesson.')
-    parser.add_argument('part', nargs='?', choices=PARTS, help='part of the lesson (default: all)')
+    parser.add_argument('parts', nargs='*', type=part, metavar='PART',
+                        help=f'part of the lesson: {", ".join(PARTS)} (default: all)')
     parser.add_argument('--params-file', type=Path, metavar='FILE',
                         help='parameter file (default: config/turtle.yaml of the package)')
     parser.add_argument('--output', type=Path, default=Path('lesson'), metavar='DIR',
@@ -44,7 +52,7 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         parameters = load(options.params_file)
         options.output.mkdir(parents=True, exist_ok=True)
-        for name in [options.part] if options.part else PARTS:
+        for name in options.parts or PARTS:
             print(f'{name}:', *PARTS[name].report(parameters), sep='\n', flush=True)
             path = options.output / f'lesson-{name}.png'
             PARTS[name].draw(parameters, path)
