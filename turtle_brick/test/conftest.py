@@ -25,7 +25,6 @@ from typing import Any
 
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from graph_client.domains import reserved_domain
-import psutil
 import pytest
 
 _session = contextlib.ExitStack()
@@ -87,7 +86,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_keyboard_interrupt() -> None:
     """Forward Ctrl-C to the workers, because the terminal does not send it to other sessions."""
-    if 'PYTEST_XDIST_WORKER' not in os.environ:
+    if 'PYTEST_XDIST_WORKER' not in os.environ and find_spec('psutil') is not None:
+        import psutil
         for worker in psutil.Process().children():
             worker.send_signal(signal.SIGINT)
 

@@ -11,14 +11,13 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Launch turtle_robot and check that it publishes cmd_vel at 100 Hz."""
 
-import os
+"""Launch turtlesim and turtle_robot, and check that cmd_vel is published at 100 Hz."""
+
 import time
 import unittest
 
-from geometry_msgs.msg import Twist
-from graph_client.domains import reserved_domain
+from geometry_msgs.msg import PoseStamped, Twist
 from launch import LaunchDescription
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
@@ -27,44 +26,64 @@ from launch_testing.actions import ReadyToTest
 import pytest
 import rclpy
 
-DOMAIN = reserved_domain()
+COUNT = 150
+"""Number of commands in each measurement."""
 
-WARM_UP, COUNT = 50, 400
-"""Number of commands to ignore after the launch, and number of commands to measure."""
+TIMEOUT = 60.0
+"""Timeout (s) for each measurement, including the start of the nodes."""
 
 
 @pytest.mark.launch_test
 def generate_test_description():
-    """Launch only turtle_robot in an unused ROS domain."""
-    os.environ['ROS_DOMAIN_ID'] = str(DOMAIN.__enter__())
+    """Launch a robot that can drive."""
     parameters = PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml'])
     return LaunchDescription([
-        Node(package='turtle_brick', executable='turtle_robot', parameters=[parameters]),
+        Node(package='turtlesim', executable='turtlesim_node', parameters=[{'holonomic': True}]),
+        Node(package='turtle_brick', executable='turtle_robot', parameters=[parameters],
+             remappings=[('cmd_vel', 'turtle1/cmd_vel')]),
         ReadyToTest(),
     ])
 
 
 class TestCmdVel(unittest.TestCase):
 
-    @classmethod
-    def tearDownClass(cls):
-        DOMAIN.__exit__(None, None, None)
-
     def setUp(self):
         rclpy.init()
         self.node = rclpy.create_node('listener')
+        self.goal_publisher = self.node.create_publisher(PoseStamped, 'goal_pose', 10)
+        self.commands = []
+        self.node.create_subscription(Twist, 'turtle1/cmd_vel', self.on_command, 1000)
 
     def tearDown(self):
         self.node.destroy_node()
         rclpy.shutdown()
 
-    def test_rate(self):
-        stamps = []
-        self.node.create_subscription(
-            Twist, 'cmd_vel', lambda _, info: stamps.append(info['source_timestamp'] * 1e-9), 100)
-        deadline = time.monotonic() + 30.0
-        while len(stamps) <= WARM_UP + COUNT and time.monotonic() < deadline:
+    def on_command(self, command, info):
+        """Record whether the robot is driving, and the time (ns) of the publication."""
+        is_driving = command.linear.x != 0.0 or command.linear.y != 0.0
+        self.commands.append((is_driving, info['source_timestamp']))
+
+    def measure_rate(self, is_driving):
+        """Return the rate (Hz) of COUNT successive commands of a robot that drives or is idle."""
+        deadline = time.monotonic() + TIMEOUT
+        while [driving for driving, _ in self.commands] != [is_driving] * (COUNT + 1):
+            self.assertLess(time.monotonic(), deadline, 'too few commands')
+            if self.commands and self.commands[-1][0] is not is_driving:
+                self.commands.clear()
             rclpy.spin_once(self.node, timeout_sec=1.0)
-        self.assertGreater(len(stamps), WARM_UP + COUNT)
-        begin, end = stamps[WARM_UP], stamps[WARM_UP + COUNT]
-        self.assertAlmostEqual(COUNT / (end - begin), 100.0, delta=2.0)
+        return COUNT / (self.commands[-1][1] - self.commands[0][1]) * 1e9
+
+    def test_idle_robot(self):
+        self.assertAlmostEqual(self.measure_rate(is_driving=False), 100.0, delta=2.0)
+
+    def test_moving_robot(self):
+        """The robot needs more than COUNT commands to drive from the center to a corner."""
+        deadline = time.monotonic() + TIMEOUT
+        while not self.goal_publisher.get_subscription_count():
+            self.assertLess(time.monotonic(), deadline, 'no robot')
+            rclpy.spin_once(self.node, timeout_sec=0.1)
+        goal = PoseStamped()
+        goal.header.frame_id = 'world'
+        goal.pose.position.x, goal.pose.position.y = 1.0, 1.0
+        self.goal_publisher.publish(goal)
+        self.assertAlmostEqual(self.measure_rate(is_driving=True), 100.0, delta=2.0)
