@@ -100,7 +100,7 @@ class CatcherNode(Node):
             if world_to_parent is None:
                 return
             position = pose_of(world_to_parent.transform).transform(position)
-        self.catcher.observe_brick(
+        self.catcher.brick.observe(
             nanoseconds_of(transform.header.stamp), position, is_attached=parent == PLATFORM)
         if self.catcher.undecided_fall is not None:
             self.update()

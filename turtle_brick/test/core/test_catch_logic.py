@@ -140,7 +140,7 @@ class CatchBench:
     def observe_brick(self):
         """Pass the position of the brick to the catcher."""
         x, y, z = self.world.brick
-        self.catcher.observe_brick(
+        self.catcher.brick.observe(
             self.now + self.brick_ahead, (x, y, z + self.random.uniform(-1e-12, 1e-12)),
             self.attaches_brick and self.world.phase is Phase.RIDING)
 
@@ -300,7 +300,7 @@ def test_platform_is_leveled_if_the_brick_does_not_leave_it_before_the_timeout()
     tilted, random = bench.now, Random(1)
     while bench.catcher.state is State.TILTING:
         bench.now += STEP_NS
-        bench.catcher.observe_brick(
+        bench.catcher.brick.observe(
             bench.now, (*bench.robot, REST_Z + random.uniform(-1e-3, 1e-3)))
         bench.update()
         assert bench.now - tilted < seconds(TILTING_TIMEOUT + 0.05)

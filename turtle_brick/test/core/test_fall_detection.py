@@ -21,7 +21,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import GRAVITY, law, NS_PER_SECOND, seconds
 import pytest
-from turtle_brick.core.fall_detection import Fall, FallDetector
+from turtle_brick.core.brick_tracking import Fall, FallDetector
 from turtle_brick.physics import STEP_NS
 
 

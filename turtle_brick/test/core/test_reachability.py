@@ -21,8 +21,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
+from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.driving import braking_loss, BRAKING_TIME
-from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.reachability import (decide_reachability, DETECTION_TIME, fall_time,
                                             guaranteed_distance, resting_height, time_needed)
 from turtle_brick.core.robot_tracking import RobotState

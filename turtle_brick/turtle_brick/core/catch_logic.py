@@ -26,9 +26,7 @@ from enum import Enum
 from math import cos, hypot, inf, pi
 from typing import NamedTuple
 
-from turtle_brick.core.brick_tracking import BrickTracker
-from turtle_brick.core.fall_detection import Fall
-from turtle_brick.core.geometry import MAX_COORDINATE, Vector
+from turtle_brick.core.brick_tracking import BrickTracker, Fall
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import decide_reachability, Decision, resting_height
 from turtle_brick.core.robot_tracking import RobotTracker
@@ -159,30 +157,11 @@ Action = Decision | DriveGoal | TiltCommand
 """Decision or command that the catcher node publishes."""
 
 
-class TiltRamp:
-    """Change the platform angle smoothly."""
-
-    def __init__(self) -> None:
-        """Create a ramp with an angle of 0."""
-        self.angle = self._start_angle = 0.0
-
-    def start(self) -> None:
-        """Start a new ramp from the current angle."""
-        self._start_angle = self.angle
-
-    def advance(self, time: float, goal: float) -> bool:
-        """
-        Move the angle toward `goal` (rad), and return whether the angle changed.
-
-        :param time: time (s) since the start of the ramp
-        """
-        if self.angle == goal:
-            return False
-        smooth = 0.5 - 0.5 * cos(pi * min(time / RAMP_TIME, 1.0))
-        self.angle = self._start_angle + smooth * (goal - self._start_angle)
-        if time >= RAMP_TIME:
-            self.angle = goal
-        return True
+def ramp(start: float, goal: float, time: float) -> float:
+    """Return the platform angle (rad) on a smooth ramp from `start` to `goal` after `time` (s)."""
+    if time >= RAMP_TIME:
+        return goal
+    return start + (goal - start) * (0.5 - 0.5 * cos(pi * time / RAMP_TIME))
 
 
 class Catcher:
@@ -198,30 +177,21 @@ class Catcher:
         self.decision: Decision | None = None
         """Latest decision."""
         self.brick = BrickTracker(self.parameters.gravity_accel, resting_height(self.parameters))
+        """Tracker that records each position of the brick as soon as it is received."""
         self.robot = RobotTracker(self.parameters.command_latency)
         self._now = self._state_start = now
         self._robot_seen = -inf
         """Last time (ns) at which the robot was available."""
         self._goal = CENTER
         """Last goal (m) in the world frame."""
-        self._ramp = TiltRamp()
+        self._tilt_angle = self._ramp_start = 0.0
+        """Commanded angle (rad) of the platform, now and at the start of the ramp."""
 
     @property
     def undecided_fall(self) -> Fall | None:
         """Get the fall without a decision, or None. Such a fall requires an update."""
         fall = self.brick.fall
         return None if self.decision is not None and self.decision.fall is fall else fall
-
-    def observe_brick(self, stamp: int, position: Vector, is_attached: bool = False) -> None:
-        """
-        Record a position of the brick, and ignore a position beyond MAX_COORDINATE.
-
-        :param stamp: timestamp (ns) of the position
-        :param position: center (m) of the brick in the world frame
-        :param is_attached: whether the platform is the parent frame of the brick
-        """
-        if sum(map(abs, position)) <= MAX_COORDINATE:
-            self.brick.observe(stamp, position, is_attached)
 
     def update(self, now: int, platform: Platform | None, stamp: int = 0) -> list[Action]:
         """
@@ -252,7 +222,7 @@ class Catcher:
         self.state = transition(previous, self._observation(has_reachable_fall, platform))
         if has_reachable_fall or self.state is not previous:
             self._state_start = now
-            self._ramp.start()
+            self._ramp_start = self._tilt_angle
 
         goal = self._new_goal(previous, has_reachable_fall)
         if goal is not None:
@@ -278,7 +248,7 @@ class Catcher:
             robot_lost_for=self._elapsed(self._robot_seen),
             is_robot_idle=robot is not None and robot.is_at_rest and robot.is_level,
             is_at_center=self._has_arrived_at(CENTER),
-            is_level_commanded=self._ramp.angle == 0.0)
+            is_level_commanded=self._tilt_angle == 0.0)
 
     def _elapsed(self, time: float) -> float:
         """Return the time (s) since a given time (ns)."""
@@ -308,11 +278,12 @@ class Catcher:
 
     def _tilt_commands(self, has_reachable_fall: bool) -> list[Action]:
         """Return the tilt commands that follow the ramp of the current state."""
-        if has_reachable_fall:
-            self._ramp = TiltRamp()
-            return [TiltCommand(0.0)]
         goal = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
-        if not self._ramp.advance(self._elapsed(self._state_start), goal):
+        if has_reachable_fall:
+            self._tilt_angle = 0.0
+        elif self._tilt_angle != goal:
+            self._tilt_angle = ramp(self._ramp_start, goal, self._elapsed(self._state_start))
+        else:
             return []
-        self.robot.record_tilt(self._now, self._ramp.angle)
-        return [TiltCommand(self._ramp.angle)]
+        self.robot.record_tilt(self._now, self._tilt_angle)
+        return [TiltCommand(self._tilt_angle)]

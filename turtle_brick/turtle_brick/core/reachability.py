@@ -33,8 +33,8 @@ All timestamps (ns) come from one clock.
 from math import inf, isnan, sqrt
 from typing import NamedTuple
 
+from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.driving import braking_loss
-from turtle_brick.core.fall_detection import Fall
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.robot_tracking import RobotState
 from turtle_brick.core.time_steps import SECONDS_PER_NS

@@ -223,7 +223,7 @@ class Simulation:
         while self._to_arena and self._to_arena[0][0] <= now:
             world.platform = self._to_arena.popleft()[1]
         world.step()
-        self.catcher.observe_brick(now, world.brick)
+        self.catcher.brick.observe(now, world.brick)
         if self.catcher.undecided_fall is not None:
             self._update_catcher(now + self._transport)
         self.after_step()
