@@ -18,7 +18,8 @@ arena: simulate the brick, and publish the brick and the walls.
 Broadcasts:
     world -> brick: pose of the brick's center at each physics step (250 Hz)
     platform -> brick: replaces world -> brick while the brick rides on the platform, so that the
-        brick does not lag behind the platform in tf2 and rviz2 (view_frames shows this parent)
+        brick does not lag behind the platform in tf2 and rviz2; view_frames then shows platform as
+        the parent of brick
 
 Publishes, latched:
     walls (visualization_msgs/MarkerArray): walls around the arena
@@ -61,7 +62,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Publishing period (s) of the brick marker. rviz2 discards markers with an unknown frame."""
+"""Publishing period (s) of the brick marker. rviz2 discards a marker if its frame is unknown."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""
@@ -89,7 +90,7 @@ class Arena(Node):
         self.phase = self.world.phase
         """Latest published phase of the brick."""
         self.step_clock = StepClock(STEP_NS)
-        self.is_answering = False
+        self.just_released = False
         """Whether the `drop` service has released the brick since the last physics steps."""
 
         self.tf_buffer = Buffer()
@@ -134,11 +135,11 @@ class Arena(Node):
         else:
             response.success = True
             response.message = 'the brick falls from ({:g}, {:g}, {:g})'.format(*self.world.brick)
-            self.is_answering = True
+            self.just_released = True
         return response
 
     def on_timer(self) -> None:
-        """Execute all due physics steps, and publish their transforms and all changes."""
+        """Execute all due physics steps, and publish the brick's transforms and new state."""
         now = self.get_clock().now().nanoseconds
         if now == 0:
             return  # Simulated time has not started.
@@ -149,7 +150,7 @@ class Arena(Node):
 
     def advance(self, now: int, start: int) -> list[TransformStamped]:
         """
-        Execute all physics steps due at `now` (ns), and return the brick's transform for each.
+        Execute all physics steps due at `now` (ns), and return the brick's transform after each.
 
         :param start: time (ns) of the first step after a start or a clock jump
         """
@@ -160,12 +161,12 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # These steps were due before the response of `drop`, so a released brick rests.
-            if not self.is_answering:
+            # The brick rests in the first steps after `drop`, so the response precedes its motion.
+            if not self.just_released:
                 self.world.step()
             transforms.append(self.brick_transform(time))
         if transforms:
-            self.is_answering = False
+            self.just_released = False
         return transforms
 
     def brick_transform(self, time: int) -> TransformStamped:
@@ -177,7 +178,7 @@ class Arena(Node):
             WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_changes(self) -> None:
-        """Publish a new state of the brick, and log a clock jump."""
+        """Publish the state of the brick if it has changed, and log a clock jump."""
         if self.step_clock.jump:
             self.get_logger().warning(
                 f'The clock jumped by {self.step_clock.jump * SECONDS_PER_NS:+.3g} s, or this '
@@ -219,7 +220,7 @@ def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
 
 def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,
                color: Color) -> Marker:
-    """Return a box marker that is valid at any time. All lengths are in meters."""
+    """Return a box marker with a zero timestamp. All lengths are in meters."""
     marker = Marker(ns=namespace, id=number, type=Marker.CUBE, action=Marker.ADD)
     marker.header.frame_id = frame
     position = marker.pose.position

@@ -26,7 +26,7 @@ Publishes:
         reason, once per fall
 
 Subscribes:
-    /tf, /tf_static: poses of the brick and the robot (the only input)
+    /tf, /tf_static: poses of the brick and the robot
 
 The nodes can run on several machines if command_latency covers the delay of the links and the
 clocks are synchronized, for example with chrony.
@@ -109,10 +109,8 @@ class CatcherNode(Node):
         """Update the catcher, and publish its state, decisions and commands."""
         now = self.get_clock().now().nanoseconds
         state = self.catcher.state
-        transform = None
-        if self.has_subscribers():
-            transform = recent_transform(self.tf_buffer, PLATFORM, now)
-        if transform is None:
+        transform = recent_transform(self.tf_buffer, PLATFORM, now)
+        if transform is None or not self.has_subscribers():
             actions = self.catcher.update(now, None)
         else:
             actions = self.catcher.update(now, Platform(pose_of(transform.transform)),
@@ -183,7 +181,7 @@ class CatcherNode(Node):
         self.marker_publisher.publish(marker)
 
     def log_missing(self) -> None:
-        """Log the missing parts of the graph once, and report when all of them have been found."""
+        """Log the missing transforms and subscribers once, and report when all have been found."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
                    if latest_transform(self.tf_buffer, frame) is None]
         if not self.has_subscribers():

@@ -25,7 +25,8 @@ The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since t
 closed form does not accumulate errors. A sliding brick accelerates at g sin(tilt).
 
 The location of the brick is its center. Contact with the platform or the ground occurs at the
-bottom of the brick. The brick always has the same inclination as the platform.
+bottom of the brick. The brick always has the same inclination as the platform, even while it
+hovers, because the assignment requires it.
 
 A brick lands if its center is above the platform, because the assignment specifies only the
 platform's radius and the robot's position. A sliding brick leaves the platform when its entire
@@ -52,7 +53,7 @@ MIN_NORMAL_Z = 1e-9
 
 
 class Phase(Enum):
-    """Phase of the brick's motion."""
+    """What the brick is doing."""
 
     HOVERING = 'hovering'
     FALLING = 'falling'
@@ -182,7 +183,7 @@ class World:
 
     @property
     def pose_on_platform(self) -> Pose | None:
-        """Get the brick's pose in the platform frame, or None if no known platform carries it."""
+        """Get the brick's pose in the platform frame, or None if it is not riding on one."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
         x, y = self._slide_position

@@ -24,7 +24,7 @@ Publishes at 100 Hz, even while the robot is at rest:
     odom (nav_msgs/Odometry): pose of base_link in the odom frame, and the latest command as the
         twist; published after the first turtle pose has arrived
     joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
-        stem_joint: direction of the last command, except for corrections of a few millimeters
+        stem_joint: direction of the last command that was not a correction of a few millimeters
         wheel_joint: angle of the wheel, which rolls without slipping
         platform_joint: angle received on the tilt topic
 
@@ -65,7 +65,7 @@ from turtle_brick.ros.times import due_time
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
-USUAL_TILT = pi / 2
+UPSIDE_DOWN_TILT = pi / 2
 """Angle (rad) beyond which a tilt is logged because the platform is upside down."""
 
 
@@ -142,7 +142,7 @@ class TurtleRobot(Node):
         self.driver.drive_to(x, y)
 
     def goal_in_world(self, message: PoseStamped) -> tuple[float, float]:
-        """Return a goal (m) in the world frame, or raise ValueError with the reason not to."""
+        """Return a goal (m) in the world frame, or raise ValueError if it must be ignored."""
         frame = message.header.frame_id or WORLD
         if frame not in (WORLD, ODOM, BASE_LINK):
             raise ValueError(f'its frame is "{frame[:40]}". Use "{WORLD}", "{ODOM}" or '
@@ -164,7 +164,7 @@ class TurtleRobot(Node):
                 f'Ignored the tilt {message.angle} rad because it is not finite',
                 throttle_duration_sec=WARNING_PERIOD)
             return
-        if abs(message.angle) > USUAL_TILT:
+        if abs(message.angle) > UPSIDE_DOWN_TILT:
             self.get_logger().info(
                 f'The tilt {message.angle:.4g} rad turns the platform upside down',
                 throttle_duration_sec=WARNING_PERIOD)
@@ -177,7 +177,7 @@ class TurtleRobot(Node):
             self.cycle()
 
     def cycle(self) -> None:
-        """Publish the command, the joint states and the odometry."""
+        """Publish the velocity command, the joint states and the odometry."""
         stamp = self.get_clock().now().to_msg()
         velocity = self.driver.command(monotonic())
         self.twist.linear.x, self.twist.linear.y = velocity
@@ -209,7 +209,7 @@ class TurtleRobot(Node):
             return upright(Pose2D(0.0, 0.0, 0.0))
         if origin is None or pose is None:
             return None
-        return {ODOM: upright(origin), BASE_LINK: upright(origin.compose(pose))}.get(name)
+        return {ODOM: upright(origin), BASE_LINK: upright(origin.compose(pose))}[name]
 
 
 def upright(pose: Pose2D) -> Pose:

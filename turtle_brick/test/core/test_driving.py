@@ -15,7 +15,7 @@
 """Test Driver with examples and in a closed loop with turtlesim's kinematics."""
 
 from dataclasses import replace
-from math import cos, dist, hypot, nan, pi, sin
+from math import cos, dist, hypot, pi, sin
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -43,8 +43,6 @@ def driver_to(x, y=5.0, pose=at(5.0)):
 def test_driver_stops_without_a_goal_or_a_recent_pose():
     driver = Driver(3.0)
     driver.observe(1.0, at(5.0))
-    with pytest.raises(ValueError, match='is not finite'):
-        driver.drive_to(5.0, nan)
     assert (driver.goal, driver.command(1.0)) == (None, (0.0, 0.0))
     driver.drive_to(1.0, 1.0)
     assert driver.command(1.0 + POSE_TIMEOUT) != (0.0, 0.0)

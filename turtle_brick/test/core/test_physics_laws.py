@@ -175,9 +175,9 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
             assert gap(world.brick, on_platform((u, v), x, y, heading, tilt)) <= 1e-9
             assert turning_gap(world.orientation, heading, tilt, yaw) <= 1e-9
             if world.pose_on_platform:
-                pose = world.platform.pose.compose(world.pose_on_platform)
-                assert gap(pose.position, world.brick) <= 1e-9
-                assert turning_gap(pose.orientation, heading, tilt, yaw) <= 1e-9
+                below, (position, turned) = world.platform.pose, world.pose_on_platform
+                assert gap(below.transform(position), world.brick) <= 1e-9
+                assert turning_gap(multiply(below.orientation, turned), heading, tilt, yaw) <= 1e-9
             # At landing, the heading of the brick was 0.
             distance = distance_to_rectangle((u, v), -yaw, SIZE[:2])
             if abs(distance - RADIUS) > 1e-9:

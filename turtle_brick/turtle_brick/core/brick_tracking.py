@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Track the brick with its positions.
+Track the brick from its positions.
 
 `Fall` describes a free fall without drag, and `FallDetector` distinguishes a fall from other
 motions. `BrickTracker` also remembers whether the brick has landed on the platform and for how
@@ -153,7 +153,7 @@ class BrickTracker:
 
     @property
     def is_falling_to_platform(self) -> bool:
-        """Return whether the brick is falling and has not passed the platform yet."""
+        """Return whether the brick is falling and is not below the top of the platform yet."""
         return (self.fall is not None
                 and self.position[2] > self._resting_height - HEIGHT_TOLERANCE)
 
@@ -172,12 +172,13 @@ class BrickTracker:
         """
         fall, height_before = self.fall, self.position[2]
         self._detector.observe(stamp, position)
-        # A brick that was above the platform has landed if its fall ends where the platform is.
+        # Another arena may not attach the brick. Its brick has landed if its fall ends when it
+        # reaches the resting height.
         has_fallen = (fall is not None and self.fall is None
                       and height_before > self._resting_height - HEIGHT_TOLERANCE
                       and fall.height(stamp, self._detector.gravity)
                       < self._resting_height + HEIGHT_TOLERANCE)
-        # The arena attaches a brick that rides. Only `place` detaches it at its resting height.
+        # Our arena detaches a brick only when it leaves the platform or is placed.
         was_detached = self._is_attached and not is_attached
         self.has_landed = (
             (is_attached or has_fallen or (self.has_landed and not was_detached))

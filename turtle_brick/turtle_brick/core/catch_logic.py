@@ -23,7 +23,7 @@ commands to publish (command). All timestamps (ns) come from one clock.
 """
 
 from enum import Enum
-from math import cos, hypot, inf, pi
+from math import cos, hypot, pi
 from typing import NamedTuple
 
 from turtle_brick.core.brick_tracking import BrickTracker, Fall
@@ -52,14 +52,8 @@ SETTLING_TIME = 0.05
 LYING_TIME = 1.0
 """Time (s) for which a brick must lie on a level, resting platform before it is carried off."""
 
-ROBOT_TIMEOUT = 1.0
-"""Time (s) without a platform transform after which the catcher abandons the brick."""
-
 GOAL_TOLERANCE = 0.02
 """Maximum distance (m) from the goal at which a robot at rest counts as having arrived."""
-
-BRICK_LAG = 0.5
-"""Maximum time (s) by which the pose of a brick can lag behind the platform that carries it."""
 
 
 class State(Enum):
@@ -86,19 +80,17 @@ class Observation(NamedTuple):
     is_falling: bool = False
     """Whether the brick is falling and has not passed the platform yet."""
     is_on_platform: bool = False
-    """Whether the brick has landed on the platform and is still at its resting height."""
+    """Whether the robot is available and the brick lies on its level platform."""
     is_beside_platform: bool = False
     """Whether the center of the brick is beside the platform, or the platform is unavailable."""
     still_for: float = 0.0
     """Time (s) for which the brick has not moved."""
-    robot_lost_for: float = 0.0
-    """Time (s) for which the robot has been unavailable, or 0 if it is available."""
     is_robot_idle: bool = False
     """Whether the robot is at rest with a level platform."""
     is_at_center: bool = False
     """Whether the robot is at rest in the center of the arena."""
     is_level_commanded: bool = True
-    """Whether the last tilt command was 0."""
+    """Whether the last tilt command was 0, or none has been published."""
 
 
 def transition(state: State, observation: Observation) -> State:
@@ -109,21 +101,17 @@ def transition(state: State, observation: Observation) -> State:
 
         APPROACHING --> CARRYING    the brick is on the platform
         APPROACHING --> LEVELING    the brick no longer falls toward the platform
-        CARRYING    --> LEVELING    the brick is no longer on the platform
+        CARRYING    --> LEVELING    the brick is no longer on the platform, or the robot is lost
         CARRYING    --> TILTING     the robot has arrived at the center
         TILTING     --> LEVELING    the brick has come to rest beside the platform, or a timeout
         LEVELING    --> WAITING     the platform has been commanded to be level
         WAITING     --> CARRYING    a brick lies on the level platform of a robot at rest
 
-    While the robot is unavailable, every state but LEVELING lasts for up to ROBOT_TIMEOUT longer.
+    If the arena stops during a fall, APPROACHING lasts until the brick is observed again.
     """
     o = observation
     if o.has_reachable_fall:
         return State.APPROACHING
-    if state is State.LEVELING:
-        return State.WAITING if o.is_level_commanded else state
-    if 0.0 < o.robot_lost_for < ROBOT_TIMEOUT:
-        return state
     if state is State.APPROACHING:
         if o.is_on_platform:
             return State.CARRYING
@@ -135,6 +123,8 @@ def transition(state: State, observation: Observation) -> State:
     if state is State.TILTING:
         has_left = o.is_beside_platform and o.still_for >= SETTLING_TIME
         return State.LEVELING if has_left or o.state_time > TILTING_TIMEOUT else state
+    if state is State.LEVELING:
+        return State.WAITING if o.is_level_commanded else state
     # The brick was declared unreachable but landed on the platform, or was there at the start.
     is_lying = o.is_on_platform and o.is_robot_idle and o.still_for >= LYING_TIME
     return State.CARRYING if is_lying else state
@@ -157,11 +147,11 @@ Action = Decision | DriveGoal | TiltCommand
 """Decision or command that the catcher node publishes."""
 
 
-def ramp(start: float, goal: float, time: float) -> float:
-    """Return the platform angle (rad) on a smooth ramp from `start` to `goal` after `time` (s)."""
+def ramp(start: float, end: float, time: float) -> float:
+    """Return the platform angle (rad) after `time` (s) on a smooth ramp from `start` to `end`."""
     if time >= RAMP_TIME:
-        return goal
-    return start + (goal - start) * (0.5 - 0.5 * cos(pi * time / RAMP_TIME))
+        return end
+    return start + (end - start) * (0.5 - 0.5 * cos(pi * time / RAMP_TIME))
 
 
 class Catcher:
@@ -180,8 +170,6 @@ class Catcher:
         """Tracker that records each position of the brick as soon as it is received."""
         self.robot = RobotTracker(self.parameters.command_latency)
         self._now = self._state_start = now
-        self._robot_seen = -inf
-        """Last time (ns) at which the robot was available."""
         self._goal = CENTER
         """Last goal (m) in the world frame."""
         self._tilt_angle = self._ramp_start = 0.0
@@ -189,7 +177,7 @@ class Catcher:
 
     @property
     def undecided_fall(self) -> Fall | None:
-        """Get the fall without a decision, or None. Such a fall requires an update."""
+        """Get the current fall if it requires a decision, or None. Then call `update` at once."""
         fall = self.brick.fall
         return None if self.decision is not None and self.decision.fall is fall else fall
 
@@ -197,7 +185,7 @@ class Catcher:
         """
         Update the state, and return the decisions and commands to publish.
 
-        If the clock is set back, the catcher starts again with a level platform.
+        If the clock is set back, the catcher returns to WAITING and levels the platform.
 
         :param now: current time (ns)
         :param platform: platform of the robot, or None if the platform is unavailable
@@ -209,48 +197,45 @@ class Catcher:
             actions.append(TiltCommand(0.0))
         self._now = now
         self.robot.observe(stamp, platform)
-        if platform is not None:
-            self._robot_seen = now
 
-        fall, has_reachable_fall = self.undecided_fall, False
+        fall, landing_point = self.undecided_fall, None
         if fall is not None:
             self.decision = decide_reachability(fall, now, self.robot.state, self.parameters)
-            has_reachable_fall = self.decision.reachable
             actions.append(self.decision)
+            if self.decision.reachable:
+                landing_point = fall.position[:2]
 
         previous = self.state
-        self.state = transition(previous, self._observation(has_reachable_fall, platform))
-        if has_reachable_fall or self.state is not previous:
-            self._state_start = now
-            self._ramp_start = self._tilt_angle
+        self.state = transition(previous, self._observation(landing_point is not None, platform))
+        if landing_point is not None or self.state is not previous:
+            self._state_start, self._ramp_start = now, self._tilt_angle
 
-        goal = self._new_goal(previous, has_reachable_fall)
+        goal = landing_point or self._new_goal(previous)
         if goal is not None:
             self._goal = goal
             self.robot.record_goal(now, goal)
             actions.append(DriveGoal(*goal))
-        return actions + self._tilt_commands(has_reachable_fall)
+        if landing_point is not None:
+            self._tilt_angle = 0.0  # The platform must be level at once.
+            actions.append(TiltCommand(0.0))
+        return actions + self._tilt_commands()
 
     def _observation(self, has_reachable_fall: bool, platform: Platform | None) -> Observation:
-        brick, robot, radius = self.brick, self.robot.state, self.parameters.platform_radius
-        is_near, is_beside = False, True
-        if robot is not None and platform is not None:
-            lag = self.parameters.max_velocity * BRICK_LAG
-            is_near = robot.distance_to(brick.position) <= radius + lag
-            is_beside = hypot(*platform.coordinates_of(brick.position)) > radius
+        brick, robot = self.brick, self.robot.state
+        is_beside = (platform is None or hypot(*platform.coordinates_of(brick.position))
+                     > self.parameters.platform_radius)
         return Observation(
             state_time=self._elapsed(self._state_start),
             has_reachable_fall=has_reachable_fall,
             is_falling=brick.is_falling_to_platform,
-            is_on_platform=brick.has_landed and is_near,
+            is_on_platform=brick.has_landed and robot is not None,
             is_beside_platform=is_beside,
             still_for=brick.still_for,
-            robot_lost_for=self._elapsed(self._robot_seen),
             is_robot_idle=robot is not None and robot.is_at_rest and robot.is_level,
             is_at_center=self._has_arrived_at(CENTER),
             is_level_commanded=self._tilt_angle == 0.0)
 
-    def _elapsed(self, time: float) -> float:
+    def _elapsed(self, time: int) -> float:
         """Return the time (s) since a given time (ns)."""
         return (self._now - time) * SECONDS_PER_NS
 
@@ -260,11 +245,9 @@ class Catcher:
         return (robot is not None and robot.is_at_rest
                 and robot.distance_to(goal) <= GOAL_TOLERANCE)
 
-    def _new_goal(self, previous: State, has_reachable_fall: bool) -> tuple[float, float] | None:
-        """Return a new goal (m) in the world frame, or None if there is no new goal."""
+    def _new_goal(self, previous: State) -> tuple[float, float] | None:
+        """Return the goal (m, world frame) after a change of the state, or None without one."""
         robot, state = self.robot.state, self.state
-        if has_reachable_fall and self.decision is not None:
-            return self.decision.fall.position[:2]
         if state is State.CARRYING and previous is not State.CARRYING:
             return CENTER
         if robot is None:
@@ -276,14 +259,11 @@ class Catcher:
             return self._goal  # The goal was lost, or another node has published a goal.
         return None
 
-    def _tilt_commands(self, has_reachable_fall: bool) -> list[Action]:
-        """Return the tilt commands that follow the ramp of the current state."""
-        goal = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
-        if has_reachable_fall:
-            self._tilt_angle = 0.0
-        elif self._tilt_angle != goal:
-            self._tilt_angle = ramp(self._ramp_start, goal, self._elapsed(self._state_start))
-        else:
+    def _tilt_commands(self) -> list[Action]:
+        """Return the tilt command that follows the ramp of the current state, if any."""
+        target = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
+        if self._tilt_angle == target:
             return []
+        self._tilt_angle = ramp(self._ramp_start, target, self._elapsed(self._state_start))
         self.robot.record_tilt(self._now, self._tilt_angle)
         return [TiltCommand(self._tilt_angle)]

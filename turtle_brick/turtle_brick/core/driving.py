@@ -19,15 +19,15 @@ turtlesim queues up to seven commands and takes the oldest command every 16 ms. 
 keep this queue full, so a command first affects a pose 61 to 77 ms after its publication. A
 controller that used the latest pose would overshoot and oscillate.
 
-`Driver` is therefore a Smith predictor with a constant delay (O. J. M. Smith, 1957). It adds the
-motion of all commands that the latest pose cannot show yet to this pose, and computes the next
-command for the predicted position.
+`Driver` is therefore a Smith predictor with a constant delay (O. J. M. Smith, 1957). To the latest
+pose, it adds the motion of all commands that this pose cannot show yet. It computes the next
+command for the resulting position.
 
 All times (s) come from one monotonic clock. The caller passes the current time.
 """
 
 from collections import deque
-from math import atan2, cos, hypot, isfinite, log, sin
+from math import atan2, cos, hypot, log, sin
 
 from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
 
@@ -81,17 +81,14 @@ class Driver:
         """Times (s) and velocities (m/s, in the turtle's frame) of the latest commands."""
 
     def drive_to(self, x: float, y: float) -> None:
-        """Set a goal (m) in the world frame, or raise ValueError if the goal is not finite."""
-        if not (isfinite(x) and isfinite(y)):
-            raise ValueError(f'the goal ({x:g}, {y:g}) is not finite')
+        """Set a goal (m) in the world frame."""
         if self.goal != (x, y):
             self.goal = (x, y)
             self.arrived = False
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Record a pose received at `now` (s). Ignore poses that contain NaN or infinity."""
-        if all(map(isfinite, pose)):
-            self.pose, self._pose_time = pose, now
+        """Record a pose received at `now` (s)."""
+        self.pose, self._pose_time = pose, now
 
     def command(self, now: float) -> tuple[float, float]:
         """
@@ -107,7 +104,7 @@ class Driver:
         return velocity
 
     def _approach(self, goal: tuple[float, float], pose: TurtlePose) -> tuple[float, float]:
-        """Return the velocity (m/s, in the turtle's frame) that brings the turtle to its goal."""
+        """Return the velocity (m/s, in the turtle's frame) that leads the turtle to its goal."""
         x, y = self._predict(pose) if self.predicts else pose[:2]
         dx, dy = goal[0] - x, goal[1] - y
         distance = hypot(dx, dy)
@@ -132,7 +129,7 @@ class Driver:
 
 def braking_loss(radius: float, max_velocity: float) -> float:
     """
-    Return the time (s) that braking adds to a drive that ends within `radius` (m) of the goal.
+    Return the time (s) that braking adds until the robot is within `radius` (m) of its goal.
 
     Without braking, the drive would take (distance - radius) / max_velocity. The robot brakes in
     the last max_velocity * BRAKING_TIME meters, which are usually within the radius.

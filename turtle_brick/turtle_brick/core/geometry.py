@@ -46,11 +46,6 @@ class Pose(NamedTuple):
         x, y, z = rotate(self.orientation, point)
         return (x + self.position[0], y + self.position[1], z + self.position[2])
 
-    def compose(self, other: 'Pose') -> 'Pose':
-        """Transform the pose `other` from this frame to the parent frame."""
-        return Pose(self.transform(other.position),
-                    multiply(self.orientation, other.orientation))
-
 
 class Pose2D(NamedTuple):
     """Position (m) and heading (rad) of a frame in the plane of its parent frame."""

@@ -59,13 +59,14 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        """Turn the wheel after a motion of the turtle, unless the turtle teleported."""
+        """Turn the wheel by the distance that the turtle has moved, unless it teleported."""
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # If the path is too long for the reported speed and elapsed ticks, the turtle teleported.
+        # If the path is too long for the reported speeds and elapsed ticks, the turtle teleported.
+        speed = max(last.linear_velocity, pose.linear_velocity)
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
-        if path <= MIN_MOTION or path > ticks * TICK * pose.linear_velocity + MIN_MOTION:
+        if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
         # After a lost pose, the path covers several ticks. At a wall, the path is cut short.

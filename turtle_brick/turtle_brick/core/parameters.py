@@ -180,7 +180,7 @@ def load(path: str | Path | None = None) -> Parameters:
 
 
 def _check_notation(name: str, value: Any) -> None:
-    """Refuse numbers that YAML or ROS reads differently from what their notation suggests."""
+    """Refuse text that looks like a number, and lists that mix integers and floats."""
     if isinstance(value, str):
         try:
             number = float(value)
@@ -197,7 +197,7 @@ def _check_notation(name: str, value: Any) -> None:
 def main() -> int:
     """Check a parameter file, by default config/turtle.yaml, and return the exit status."""
     try:
-        load(*sys.argv[1:])
+        load(*sys.argv[1:2])
     except ParameterError as error:
         print(f'turtle_brick: {error}', file=sys.stderr)
         return 1

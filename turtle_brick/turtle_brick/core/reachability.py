@@ -15,17 +15,18 @@
 """
 Decide whether the robot can be under a falling brick in time.
 
-A brick is reachable if it lands inside the arena and the robot needs no more time than the brick:
+A brick is reachable if it lands inside the arena and the robot arrives before the brick lands:
 
-    time needed = command_latency + (distance - platform_radius) / max_velocity
+    time needed = command_latency + (distance - platform_radius) / max_velocity + braking loss
 
 - The brick falls straight down without drag. It lands when its bottom reaches the top of the level
   platform. A brick is unreachable if its bottom is already below the platform's top.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
-  robot therefore does not have to drive the whole distance, and never less than 0 m.
-- A moving robot first executes the commands already sent. Its distance is therefore longer by
-  max_velocity * command_latency, the farthest way that these commands can move it.
-- A level platform that is already under the brick, on a robot at rest, needs no time.
+  robot therefore drives platform_radius less, or not at all.
+- The braking loss is 0 unless platform_radius is shorter than the braking distance of the robot.
+- A moving robot first executes the commands already sent. Its distance to the brick is therefore
+  assumed to be longer by max_velocity * command_latency.
+- A robot at rest whose level platform is already under the brick needs no time.
 
 All timestamps (ns) come from one clock.
 """
@@ -46,7 +47,7 @@ the falling brick arrives at most 12 ms after the release."""
 
 
 class Decision(NamedTuple):
-    """Result of `decide_reachability`."""
+    """Decision on whether a falling brick is reachable."""
 
     reachable: bool
     fall: Fall
@@ -61,7 +62,7 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Difference (s) between the available time and the time needed."""
+        """Time (s) that the robot has to spare, negative if the robot would be late."""
         return self.available - self.needed
 
     @property

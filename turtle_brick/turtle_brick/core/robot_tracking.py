@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Track the robot with its transforms and the commands that it has been sent.
+Track the robot from its transforms and the catcher's commands.
 
 turtlesim executes commands with a delay, so a robot that has just received a goal still looks as
 if it were at rest. `RobotTracker` therefore considers the robot to be at rest only when the last
@@ -57,7 +57,7 @@ class RobotTracker:
     def __init__(self, command_latency: float) -> None:
         """Create a tracker for a robot that responds to a command within a given time (s)."""
         self.state: RobotState | None = None
-        """State at the latest transform, or None if the robot is unavailable."""
+        """State of the robot at its latest transform, or None if the robot is unavailable."""
         self.response_time = 0.0
         """Time (s) that a late robot needed to respond to a goal, or 0 if it was never late."""
         self._latency = command_latency
@@ -66,20 +66,20 @@ class RobotTracker:
         self._goal: tuple[float, float] | None = None
         self._goal_time = self._tilt_time = -inf
         """Times (ns) of the last goal and of the last tilt command other than 0."""
-        self._departure_time: int | None = None
+        self._awaited_goal_time: int | None = None
         """Time (ns) of a goal that a robot at rest has yet to respond to, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
         """Record the platform at `stamp` (ns), or None if the robot is unavailable."""
         if platform is None:
-            self.state = self._departure_time = None
+            self.state = self._awaited_goal_time = None
             return
         x, y, _ = platform.pose.position
         if self.state is None:
             self._last_motion = stamp
         elif self.state.distance_to((x, y)) > POSITION_TOLERANCE:
             self._last_motion = stamp
-            self._measure_response(stamp)
+            self._measure_response(self._stamp, stamp)
         self._stamp = stamp
         self.state = RobotState(
             x, y, is_at_rest=(self._time_since(self._last_motion) >= REST_TIME
@@ -90,7 +90,7 @@ class RobotTracker:
         """Record a goal (m, in the world frame) published at `now` (ns)."""
         if (goal != self._goal and self.state is not None and self.state.is_at_rest
                 and self.state.distance_to(goal) > MIN_GOAL_DISTANCE):
-            self._departure_time = now
+            self._awaited_goal_time = now
         self._goal, self._goal_time = goal, now
 
     def record_tilt(self, now: int, angle: float) -> None:
@@ -102,9 +102,8 @@ class RobotTracker:
         """Return the time (s) from a given time (ns) to the latest transform."""
         return (self._stamp - time) * SECONDS_PER_NS
 
-    def _measure_response(self, stamp: int) -> None:
-        """Measure the response time of a late robot that begins to move at `stamp` (ns)."""
-        departure, self._departure_time = self._departure_time, None
-        # A late robot was still at rest when the command latency had passed.
-        if departure is not None and self._time_since(departure) > self._latency:
-            self.response_time = (stamp - departure) * SECONDS_PER_NS
+    def _measure_response(self, still: int, moved: int) -> None:
+        """Measure the response time of a robot that began to move between two times (ns)."""
+        goal_time, self._awaited_goal_time = self._awaited_goal_time, None
+        if goal_time is not None and (still - goal_time) * SECONDS_PER_NS > self._latency:
+            self.response_time = (moved - goal_time) * SECONDS_PER_NS

@@ -26,14 +26,14 @@ LEVEL_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class Platform:
-    """Pose of the platform and values derived from the pose."""
+    """Pose, axes, heading and inclination of the platform."""
 
     pose: Pose
     """Pose of the platform frame in the world frame. The origin is at the center of the base."""
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the unit vectors of the platform frame in the world frame. The hinge is y."""
+        """Return the unit vectors of the platform frame in the world frame. y is the hinge."""
         return axes(self.pose.orientation)
 
     @cached_property

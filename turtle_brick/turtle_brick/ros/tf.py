@@ -35,7 +35,7 @@ PLATFORM = 'platform'
 BRICK = 'brick'
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS for infrequent messages that late-joining subscribers also require."""
+"""QoS for infrequent messages that subscribers require even if they join late."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 """QoS for state subscriptions. A lost message does not delay later messages. The queue covers
@@ -109,7 +109,7 @@ def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped |
 
 
 def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
-    """Return the pose of a `recent_transform` in the world frame, or None without one."""
+    """Return the pose of a `recent_transform` in the world frame, or None."""
     transform = recent_transform(buffer, frame, now)
     return pose_of(transform.transform) if transform else None
 
@@ -154,7 +154,7 @@ class GuardedListener(TransformListener):
         """
         self._on_transform = on_transform
         self._is_static: dict[str, bool] = {}
-        """Whether the first transform of each frame was static."""
+        """For each child frame, whether its first transform was static."""
         self._last = 0
         self._next_warning = 0
         """Earliest time (ns) of the next warning."""
