@@ -11,19 +11,37 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Read the joints of a robot from a URDF, without importing ROS."""
+"""
+Read the joints of a robot from a URDF with the rules of urdfdom 4.0.2.
 
-from math import cos, sin, sqrt
+An invalid joint, a duplicate name or a second root link is an error. Anything else that is
+invalid in a link or a material only causes a warning, because no transform depends on it.
+"""
+
+from collections.abc import Callable, Iterable
+from math import cos, hypot, isinf, nan, sin
+from pathlib import Path
+import re
 from typing import NamedTuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
-Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
+from robot_state_publisher.xml_reader import parse_xml
+from tf2_ros.buffer_core import compose, Transform
+import yaml
+
+Warn = Callable[[str], None]
 
 ROTATING = ('continuous', 'revolute')
 MOVING = (*ROTATING, 'prismatic')
 FIXED = ('fixed', 'planar')
 """Joint types. A planar joint does not move, as in the real robot_state_publisher."""
+
+ATTRIBUTES: dict[str, dict[str, str]] = yaml.safe_load(
+    Path(__file__).with_name('attributes.yaml').read_text('utf-8'))
+"""Kind of each attribute of each element: a text, a number or a vector, which may be required."""
+
+JOINT_PARTS = ('origin', 'axis', 'limit', 'safety_controller', 'calibration', 'mimic', 'dynamics')
+NUMBER = re.compile(r'\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?', re.ASCII)
 
 
 class Joint(NamedTuple):
@@ -33,113 +51,184 @@ class Joint(NamedTuple):
     kind: str
     parent: str
     child: str
-    translation: Vector
-    rotation: Quaternion
-    axis: Vector
-    mimic: tuple[str, float, float]  # Joint to mimic (empty if none), multiplier and offset.
+    origin: Transform
+    axis: tuple[float, float, float]
+    mimicked: str  # Joint to mimic, or empty.
+    multiplier: float
+    offset: float  # Position (rad or m) for position 0 of the mimicked joint.
 
-    def pose(self, position: float) -> tuple[Vector, Quaternion]:
-        """Return the child link's origin (m) and rotation for a joint position (rad or m)."""
+    def pose(self, position: float) -> Transform:
+        """Return where the child link is in the parent link (m) at a position (rad or m)."""
+        motion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
         if self.kind in ROTATING:
-            x, y, z = self.axis
-            s = sin(0.5 * position)
-            turn = (s * x, s * y, s * z, cos(0.5 * position))
-            return self.translation, signed(multiply(self.rotation, turn))
-        if self.kind == 'prismatic':
-            x, y, z = self.translation
-            dx, dy, dz = rotate(self.rotation, self.axis)
-            return ((x + position * dx, y + position * dy, z + position * dz),
-                    signed(self.rotation))
-        return self.translation, signed(self.rotation)
+            motion = turn(self.axis, position)
+        elif self.kind == 'prismatic':
+            motion = (*(position * component for component in self.axis), 0.0, 0.0, 0.0, 1.0)
+        return compose(self.origin, motion)
 
 
-def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """Return the Hamilton product p q, which applies the rotation q before the rotation p."""
-    px, py, pz, pw = p
-    qx, qy, qz, qw = q
-    return (pw * qx + px * qw + py * qz - pz * qy,
-            pw * qy + py * qw + pz * qx - px * qz,
-            pw * qz + pz * qw + px * qy - py * qx,
-            pw * qw - px * qx - py * qy - pz * qz)
+def turn(axis: Iterable[float], angle: float) -> Transform:
+    """Return a rotation by an angle (rad) about a unit axis through the origin."""
+    x, y, z = (sin(0.5 * angle) * component for component in axis)
+    return (0.0, 0.0, 0.0, x, y, z, cos(0.5 * angle))
 
 
-def rotate(rotation: Quaternion, vector: Vector) -> Vector:
-    """Rotate a vector by a unit quaternion."""
-    x, y, z, w = rotation
-    return multiply(multiply(rotation, (*vector, 0.0)), (-x, -y, -z, w))[:3]
+def numbers(element: Element, name: str, count: int, default: str = '') -> tuple[float, ...]:
+    """Return the numbers in an attribute, or raise ValueError if they are invalid."""
+    text = element.get(name, default)
+    parts = [part for part in text.split(' ') if part] if count > 1 else [text]
+    for part in parts:
+        if not NUMBER.fullmatch(part) or isinf(float(part)):
+            raise ValueError(f'<{element.tag}> {name}: {part!r} is not a number')
+    if len(parts) != count:
+        raise ValueError(f'<{element.tag}> {name}: {text!r} has {len(parts)} instead of {count} '
+                         'numbers')
+    return tuple(map(float, parts))
 
 
-def signed(rotation: Quaternion) -> Quaternion:
-    """
-    Return a unit quaternion with the same sign as in the real robot_state_publisher.
-
-    w is positive if |w| > 1/2. Otherwise, the component with the largest magnitude is positive.
-    """
-    x, y, z, w = rotation
-    sign = w if 4.0 * w * w - 1.0 > 1e-12 else max(z, y, x, key=abs)
-    return rotation if sign >= 0.0 else (-x, -y, -z, -w)
-
-
-def _from_roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation by URDF angles (rad) about the fixed axes x, y and z, in this order."""
-    about_x = (sin(0.5 * roll), 0.0, 0.0, cos(0.5 * roll))
-    about_y = (0.0, sin(0.5 * pitch), 0.0, cos(0.5 * pitch))
-    about_z = (0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw))
-    return multiply(about_z, multiply(about_y, about_x))
+def check(element: Element) -> None:
+    """Raise a ValueError if an element has a missing or invalid attribute."""
+    for name, kind in ATTRIBUTES[element.tag].items():
+        if name not in element.attrib:
+            if 'required' in kind:
+                raise ValueError(f'<{element.tag}> has no {name}')
+        elif 'text' not in kind:
+            numbers(element, name, 3 if 'vector' in kind else 1)
 
 
-def _joint(element: ElementTree.Element, links: list[str]) -> Joint:
-    """Read a joint, or raise a ValueError that describes an invalid attribute."""
-    def attribute(tag: str, name: str, default: str | None = None) -> str | None:
-        found = element.find(tag)
-        return default if found is None else found.get(name, default)
-
-    def numbers(tag: str, name: str, default: str) -> Vector:
-        x, y, z = map(float, attribute(tag, name, default).split())
-        return x, y, z
-
-    kind, ends = element.get('type'), [attribute(role, 'link') for role in ('parent', 'child')]
-    for end in ends:
-        if end not in links:
-            raise ValueError(f'link [{end}] does not exist')
+def read_joint(element: Element) -> Joint:
+    """Return a joint, or raise a ValueError that describes an invalid attribute."""
+    check(element)
+    kind = element.get('type')
     if kind not in (*MOVING, *FIXED, 'floating'):
-        raise ValueError(f'type [{kind}] is unknown')
-    axis = numbers('axis', 'xyz', '1 0 0')
-    length = sqrt(sum(value * value for value in axis))
-    if not length:
-        raise ValueError('the axis is a zero vector')
+        raise ValueError(f'the type {kind!r} is unknown')
+    # Of several parts with the same tag, the first one counts.
+    parts = {part.tag: part for part in reversed(element)}
+    if kind in ('fixed', 'floating'):
+        parts.pop('axis', None)
+    for tag in JOINT_PARTS:
+        if tag in parts:
+            check(parts[tag])
+    if kind in ('revolute', 'prismatic') and 'limit' not in parts:
+        raise ValueError(f'the type {kind!r} requires a <limit>')
+    if 'dynamics' in parts and not {'damping', 'friction'}.intersection(parts['dynamics'].keys()):
+        raise ValueError('<dynamics> has neither damping nor friction')
+    origin, parent, child, mimic = (
+        parts.get(tag, Element(tag)) for tag in ('origin', 'parent', 'child', 'mimic'))
+    axis = numbers(parts['axis'], 'xyz', 3, '0 0 0') if 'axis' in parts else (1.0, 0.0, 0.0)
+    translation = numbers(origin, 'xyz', 3, '0 0 0')
+    if kind in MOVING and not any(axis):  # The real robot_state_publisher divides by zero.
+        axis = translation = (nan, nan, nan)
+    roll, pitch, yaw = numbers(origin, 'rpy', 3, '0 0 0')
+    pose: Transform = (*translation, 0.0, 0.0, 0.0, 1.0)
+    for rotation in (turn((0, 0, 1), yaw), turn((0, 1, 0), pitch), turn((1, 0, 0), roll)):
+        pose = compose(pose, rotation)
     return Joint(
-        element.get('name', ''), kind, *ends, numbers('origin', 'xyz', '0 0 0'),
-        _from_roll_pitch_yaw(*numbers('origin', 'rpy', '0 0 0')),
-        tuple(value / length for value in axis),
-        (attribute('mimic', 'joint', ''), float(attribute('mimic', 'multiplier', '1')),
-         float(attribute('mimic', 'offset', '0'))))
+        element.get('name'), kind, parent.get('link', ''), child.get('link', ''), pose,
+        tuple(component / (hypot(*axis) or 1.0) for component in axis), mimic.get('joint', ''),
+        *numbers(mimic, 'multiplier', 1, '1'), *numbers(mimic, 'offset', 1, '0'))
 
 
-def parse(urdf: str) -> dict[str, Joint]:
-    """Return the joints in a URDF, sorted by name, or raise ValueError for an invalid URDF."""
-    try:
-        # Encode the URDF because ElementTree rejects a str with an encoding declaration.
-        robot = ElementTree.fromstring(urdf.encode())
-    except ElementTree.ParseError as error:
-        raise ValueError(f'robot_description is not valid XML: {error}') from None
-    if robot.tag != 'robot':
-        raise ValueError(f'robot_description begins with <{robot.tag}>, not with <robot>')
-    links = [link.get('name', '') for link in robot.findall('link')]
-    joints: dict[str, Joint] = {}
-    for element in robot.findall('joint'):
-        name = element.get('name')
-        try:
-            joint = _joint(element, links)
-        except ValueError as error:
-            raise ValueError(f'joint [{name}]: {error}') from None
-        joints[joint.name] = joint
-    children = [joint.child for joint in joints.values()]
-    for names in (links, children, [joint.get('name') for joint in robot.findall('joint')]):
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(f'[{name}] is defined more than once or has several parents')
-    roots = [name for name in links if name not in children]
+def check_link(link: Element, materials: set[str], warn: Warn) -> None:
+    """Raise a ValueError for the first invalid part of a link, and add the link's materials."""
+    check(link)
+    for part in (part for part in link if part.tag in ('inertial', 'visual', 'collision')):
+        needed = ('mass', 'inertia') if part.tag == 'inertial' else ('geometry/*',)
+        for path in ('origin', *needed):
+            child = part.find(path)
+            if child is not None and child.tag in ATTRIBUTES:
+                check(child)
+            elif path in needed:
+                raise ValueError(f'<{part.tag}> has no valid <{path.removesuffix("/*")}>')
+        material = part.find('material')
+        if part.tag == 'visual' and material is not None:
+            check(material)
+            name = material.get('name')
+            if is_defined(material) or name in materials:
+                materials.add(name)
+            elif name:
+                warn(f'link [{link.get("name")}]: material [{name}] has no valid color or texture')
+
+
+def is_defined(material: Element) -> bool:
+    """Return whether a material has a texture or a color with numbers from 0 to 1."""
+    color = material.find('color[@rgba]')
+    if color is not None and all(NUMBER.fullmatch(part) and 0.0 <= float(part) <= 1.0
+                                 for part in color.get('rgba').split(' ') if part):
+        return True
+    return material.find('texture[@filename]') is not None
+
+
+def by_name(elements: Iterable[Element]) -> dict[str, Element]:
+    """Return elements keyed by name, or raise a ValueError for a duplicate name."""
+    found: dict[str, Element] = {}
+    for element in elements:
+        name = element.get('name', '')
+        if name in found:
+            raise ValueError(f'{element.tag} [{name}] is defined more than once')
+        found[name] = element
+    return found
+
+
+def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[Joint]]:
+    """Return the root link and the joints in the tree, or raise a ValueError without a tree."""
+    for joint in joints:
+        for end in (joint.parent, joint.child):
+            if end not in links or not end:
+                raise ValueError(f'joint [{joint.name}]: link [{end}] does not exist')
+    # If several joints have the same child, the last one counts.
+    parents = {joint.child: joint for joint in joints}
+    roots = [name for name in sorted(links) if name not in parents]
     if len(roots) != 1:
         raise ValueError(f'the links do not form a tree: the roots are {roots}')
-    return dict(sorted(joints.items()))
+    tree = []
+
+    def visit(path: tuple[str, ...], is_connected: bool) -> None:
+        for joint in joints:
+            if joint.parent == path[-1]:
+                if joint.child in path:
+                    raise ValueError(f'the links {[*path, joint.child]} form a loop')
+                is_part = is_connected and parents[joint.child] is joint
+                tree.extend([joint] if is_part else [])
+                visit((*path, joint.child), is_part)
+
+    visit((roots[0],), True)
+    return roots[0], tree
+
+
+def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
+    """
+    Return the joints in a URDF, sorted by name.
+
+    :param warn: function called with each reason why a part of the URDF is ignored
+    :raises ValueError: if the real robot_state_publisher rejects the URDF
+    """
+    robot = parse_xml(urdf).find('robot')
+    if robot is None or 'name' not in robot.attrib or robot.get('version', '1.0') != '1.0':
+        raise ValueError('robot_description has no <robot> with a name and version 1.0')
+    materials, links, elements = (
+        by_name(robot.findall(tag)) for tag in ('material', 'link', 'joint'))
+    for name, material in materials.items():
+        if not is_defined(material) or 'name' not in material.attrib:
+            warn(f'material [{name}] has no name, or no valid color or texture')
+    defined = set(materials)
+    for name, link in links.items():
+        try:
+            check_link(link, defined, warn)
+        except ValueError as error:
+            warn(f'link [{name}]: {error}. The rest of the link is ignored.')
+    joints = {}
+    for name, element in sorted(elements.items()):
+        try:
+            joints[name] = read_joint(element)
+        except ValueError as error:
+            raise ValueError(f'joint [{name}]: {error}') from None
+    root, tree = find_tree(links, joints.values())
+    if links[root].find('inertial') is not None:
+        warn(f'the inertia of the root link [{root}] is ignored. Attach it to another link.')
+    for joint in tree:
+        if joint.kind in ('planar', 'floating'):
+            warn(f'joint [{joint.name}] does not move: the type {joint.kind!r} is unsupported')
+    # Joints outside the tree are not published, like floating joints.
+    return {name: joint if joint in tree else joint._replace(kind='floating')
+            for name, joint in joints.items()}

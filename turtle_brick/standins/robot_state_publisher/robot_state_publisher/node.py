@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The stand-in for the node in robot_state_publisher 3.3.3.
+The stand-in for the node in robot_state_publisher 3.3.4.
 
 Publishes:
     /tf (tf2_msgs/msg/TFMessage): transforms of moving joints, one message per JointState
@@ -23,7 +23,8 @@ Subscribes:
     joint_states (sensor_msgs/msg/JointState): joint positions
 
 ROS parameters (read-only):
-    robot_description (string): the URDF of the robot; required
+    robot_description (string): the URDF of the robot; required, unless the first command-line
+        argument is a URDF file
     publish_frequency (double, 20.0): maximum rate (Hz) of /tf, based on the timestamps of
         joint_states; at most 1000, or 0 for no limit
     ignore_timestamp (bool, false): whether to publish for each message, regardless of timestamps
@@ -31,7 +32,9 @@ ROS parameters (read-only):
 """
 
 from functools import lru_cache
+from pathlib import Path
 from signal import SIG_DFL, SIGINT, signal, SIGTERM
+import sys
 from threading import Event
 from typing import Any
 
@@ -44,22 +47,25 @@ from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 from robot_state_publisher.description import FIXED, Joint, MOVING, parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from tf2_ros.buffer_core import stamped
 
 
 class RobotStatePublisher(Node):
     """Publishes the transforms of all links. The module docstring lists the ROS API."""
 
-    def __init__(self, **node_arguments: Any) -> None:
+    def __init__(self, default_description: str = '', **node_arguments: Any) -> None:
         """Publish the transforms of fixed joints and subscribe to joint_states."""
         super().__init__('robot_state_publisher', **node_arguments)
         description, self._frequency, self._prefix, self._ignore_stamp = (
             self.declare_parameter(name, default, ParameterDescriptor(read_only=True)).value
-            for name, default in (('robot_description', ''), ('publish_frequency', 20.0),
-                                  ('frame_prefix', ''), ('ignore_timestamp', False)))
+            for name, default in (
+                ('robot_description', default_description), ('publish_frequency', 20.0),
+                ('frame_prefix', ''), ('ignore_timestamp', False)))
         if not description:
             raise ValueError('robot_description parameter must not be empty')
         if not 0.0 <= self._frequency <= 1000.0:
@@ -67,7 +73,7 @@ class RobotStatePublisher(Node):
                 f'publish_frequency must be between 0 and 1000, but is {self._frequency}')
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._joints = parse(description)
+        self._joints = parse(description, self.get_logger().warning)
         # The result is cached because a publisher always sends the same joint names.
         self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
@@ -92,7 +98,8 @@ class RobotStatePublisher(Node):
         positions = state.position
         if len(names) != len(positions):
             return self.get_logger().error(
-                f'Robot state publisher ignored an invalid JointState message of {names}')
+                'Robot state publisher ignored an invalid JointState message with '
+                f'{len(positions)} positions of the joints {names}')
         if not self._is_due(names, state):
             return
         self._tf_publisher.publish(TFMessage(transforms=[
@@ -123,22 +130,19 @@ class RobotStatePublisher(Node):
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
         for joint in self._joints.values():
-            followed, factor, shift = joint.mimic
-            if followed in sources:
-                index, multiplier, offset = sources[followed]
-                sources.setdefault(
-                    joint.name, (index, multiplier * factor, offset * factor + shift))
+            if joint.mimicked in sources:
+                index, multiplier, offset = sources[joint.mimicked]
+                sources.setdefault(joint.name, (index, joint.multiplier * multiplier,
+                                                joint.multiplier * offset + joint.offset))
         return [(self._joints[name], *source) for name, source in sorted(sources.items())
                 if name in self._joints and self._joints[name].kind in MOVING]
 
     def _transform(self, joint: Joint, position: float, stamp: Time) -> TransformStamped:
         """Return the transform of a joint at a given position (rad or m)."""
-        stamped = TransformStamped(child_frame_id=self._prefix + joint.child)
-        stamped.header.frame_id, stamped.header.stamp = self._prefix + joint.parent, stamp
-        translation, rotation = stamped.transform.translation, stamped.transform.rotation
-        ((translation.x, translation.y, translation.z),
-         (rotation.x, rotation.y, rotation.z, rotation.w)) = joint.pose(position)
-        return stamped
+        transform = stamped(self._prefix + joint.parent, self._prefix + joint.child, 0,
+                            joint.pose(position))
+        transform.header.stamp = stamp
+        return transform
 
 
 def main(args: list[str] | None = None) -> str | None:
@@ -148,7 +152,9 @@ def main(args: list[str] | None = None) -> str | None:
         signal(number, lambda *_: stopped.set())
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        node = RobotStatePublisher()
+        files = remove_ros_args(args or sys.argv)[1:]
+        node = RobotStatePublisher(
+            Path(files[0]).read_text('utf-8') if files and Path(files[0]).is_file() else '')
     except (ParameterException, RuntimeError, ValueError) as error:
         rclpy.try_shutdown()
         return f'robot_state_publisher: {error}'
