@@ -19,10 +19,10 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from std_msgs.msg import ColorRGBA
+from std_msgs.msg import ColorRGBA, Header
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, rotate
 from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.view.shapes import from_rpy, GRAY, Markers, ORIGIN, robot_shapes, shape_of
+from turtle_brick.view.shapes import from_rpy, Markers, ORIGIN, RED, robot_shapes, shape_of
 from visualization_msgs.msg import Marker
 
 ANGLES = st.floats(-10.0, 10.0)
@@ -62,7 +62,21 @@ def test_shapes_are_read_from_the_robot_description():
     assert rotate(box.pose.orientation, (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
     assert (sphere.kind, sphere.size) == ('sphere', (1.0, 1.0, 1.0))
     assert sphere.color == (1.0, 0.0, 0.0, 1.0)
-    assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), GRAY)
+    assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), RED)
+
+
+def test_material_colors_are_those_of_urdfdom():
+    """The first material with a name counts, and a material without a name ends its link."""
+    def visual(attributes, blue):
+        return (f'<visual><geometry><sphere radius="1"/></geometry><material {attributes}>'
+                f'<color rgba="0 0 {blue} 1"/></material></visual>')
+
+    robot = robot_shapes(f"""<robot name="r"><joint name="j"><child link="b"/></joint>
+        <link name="a">{visual('name="x"', 0.1)}{visual('', 0.2)}{visual('name="x"', 0.3)}</link>
+        <link name="b">{visual('name="x"', 0.4)}{visual('name="y"', 0.5)}</link>
+        <material name="y"><color rgba="0 0 0.6 1"/></material></robot>""")
+    assert [[shape.color[2] for shape in robot.links[name]] for name in ('a', 'b')] == [
+        [0.1], [0.1, 0.6]]
 
 
 def test_invalid_robot_description_is_rejected():
@@ -94,6 +108,13 @@ def test_marker_is_shown_until_it_is_deleted_or_expires():
     update('b', 1, 4, action=Marker.DELETE)
     assert shown(4 * NS_PER_SECOND) == {'a//0'}
     assert markers.objects(0, lambda frame: None) == {}, 'the frame is unknown'
+
+
+def test_leading_slash_of_a_frame_is_ignored():
+    markers = Markers()
+    for frame in ('world', '/world'):
+        markers.update(frame, Marker(header=Header(frame_id=frame), type=Marker.CUBE), 0)
+    assert len(markers.objects(0, {'world': ORIGIN}.get)) == 2
 
 
 def test_shape_has_kind_size_color_pose_and_text_of_the_marker():

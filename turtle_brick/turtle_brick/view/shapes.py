@@ -25,8 +25,8 @@ from turtle_brick.core.geometry import (Color, from_pitch, from_yaw, IDENTITY, m
 from turtle_brick.ros.times import nanoseconds_of
 from visualization_msgs.msg import Marker
 
-GRAY: Color = (0.7, 0.7, 0.7, 1.0)
-"""Color of a URDF visual without a material."""
+RED: Color = (1.0, 0.0, 0.0, 1.0)
+"""Color of a URDF visual without a defined material, as in rviz2."""
 
 ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
 """Pose at the origin of a frame, without rotation."""
@@ -87,7 +87,9 @@ class Markers:
         self._shown.pop(key, None)
         if message.action == Marker.ADD:
             end = now + (nanoseconds_of(message.lifetime) or inf)
-            self._shown[key] = (message.header.frame_id, shape_of(message), end)
+            # Like rviz2, the page accepts frame names with a leading slash.
+            frame = message.header.frame_id.removeprefix('/')
+            self._shown[key] = (frame, shape_of(message), end)
 
     def objects(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, SceneObject]:
         """Return all markers in known frames, keyed by name, and remove expired markers."""
@@ -127,8 +129,9 @@ def robot_shapes(description: str) -> RobotShapes:
         robot = ElementTree.fromstring(description)
     except ElementTree.ParseError as error:
         raise ValueError(f'robot_description is not valid XML: {error}') from None
-    colors = {material.get('name'): _numbers(color, 'rgba', 4)
-              for material in robot.iter('material')
+    # Of several materials with the same name, urdfdom uses the first one.
+    materials = [*robot.findall('material'), *robot.findall('link/visual/material')]
+    colors = {material.get('name'): _numbers(color, 'rgba', 4) for material in reversed(materials)
               if (color := material.find('color')) is not None}
     links = {link.get('name', ''): _link_shapes(link, colors) for link in robot.findall('link')}
     children = {child.get('link') for child in robot.findall('joint/child')}
@@ -146,9 +149,15 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> tuple[Shape, ...]:
-    return tuple(Shape(solid.tag, _size(solid), _color(visual, colors), _origin(visual))
-                 for visual in link.findall('visual') for solid in visual.findall('geometry/*')
-                 if solid.tag in SOLIDS)
+    shapes = []
+    for visual in link.findall('visual'):
+        material = visual.find('material')
+        name = '' if material is None else material.get('name')
+        if name is None:
+            break  # urdfdom ignores the rest of a link after a material without a name.
+        shapes += [Shape(solid.tag, _size(solid), colors.get(name, RED), _origin(visual))
+                   for solid in visual.findall('geometry/*') if solid.tag in SOLIDS]
+    return tuple(shapes)
 
 
 def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
@@ -175,8 +184,3 @@ def _origin(visual: ElementTree.Element) -> Pose:
         return ORIGIN
     return Pose(_numbers(origin, 'xyz', 3, '0 0 0'),
                 from_rpy(*_numbers(origin, 'rpy', 3, '0 0 0')))
-
-
-def _color(visual: ElementTree.Element, colors: dict[str | None, Color]) -> Color:
-    material = visual.find('material')
-    return GRAY if material is None else colors.get(material.get('name'), GRAY)
