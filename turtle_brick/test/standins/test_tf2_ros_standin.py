@@ -111,6 +111,31 @@ def test_lookup_waits_until_timeout():
     assert monotonic() - begin < 15.0
 
 
+def test_future_completes_when_the_transform_is_available():
+    buffer = Buffer()
+    future = buffer.wait_for_transform_async('w', 'x', LATEST)
+    coroutine = buffer.lookup_transform_async('w', 'x', LATEST)
+    assert coroutine.send(None) is None and not future.done()
+    buffer.set_transform_static(stamped('w', 'y', 0), 'test')
+    assert not future.done()
+    buffer.set_transform(stamped('y', 'x', NS_PER_SECOND, (1.0, 2.0, 3.0)), 'test')
+    assert numbers(future.result())[:3] == [1.0, 2.0, 3.0]
+    with pytest.raises(StopIteration) as returned:
+        coroutine.send(None)
+    assert returned.value.value == future.result()
+    assert buffer.wait_for_transform_async('w', 'x', LATEST).result() == future.result()
+
+
+def test_missing_features_are_explained(live):
+    reason = 'is not in the stand-in for tf2_ros: check its spelling'
+    for use in (lambda: Buffer().transform, lambda: tf2_ros.convert,
+                lambda: TransformListener(Buffer(), live.listener, spin_thread=True)):
+        with pytest.raises((AttributeError, TypeError), match=reason):
+            use()
+    with pytest.raises(ImportError, match=f'BufferInterface {reason}'):
+        from tf2_ros.buffer_interface import BufferInterface  # noqa: F401
+
+
 def test_broadcast_transforms_can_be_looked_up(live):
     """One latched message contains the first static transform of each child frame."""
     moving = TransformBroadcaster(live.listener)

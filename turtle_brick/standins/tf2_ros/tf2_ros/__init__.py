@@ -29,6 +29,7 @@ from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from tf2_msgs.msg import TFMessage
 from tf2_ros.buffer_core import (AnyTime, BufferCore, ConnectivityException,
                                  ExtrapolationException, InvalidArgumentException, LookupException,
@@ -40,16 +41,20 @@ __all__ = [
     'TimeoutException', 'TransformBroadcaster', 'TransformException', 'TransformListener',
 ]
 
-for name in ('buffer', 'static_transform_broadcaster', 'transform_broadcaster',
-             'transform_listener'):  # The real package has these modules.
+for name in ('buffer', 'buffer_client', 'buffer_interface', 'static_transform_broadcaster',
+             'transform_broadcaster', 'transform_listener'):  # The real package has these modules.
     sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
+
+
+def missing(name: str) -> str:
+    """Return a sentence that explains why a name is missing."""
+    return (f'{name} is not in the stand-in for tf2_ros: check its spelling, use another feature, '
+            'or install the real ROS 2 Jazzy')
 
 
 def __getattr__(name: str) -> NoReturn:
     """Raise an error that explains why a name is missing."""
-    raise (ImportError if name[:1].isupper() else AttributeError)(
-        f'{name} is not in the stand-in for tf2_ros: check its spelling, use another feature, or '
-        'install the real ROS 2 Jazzy')
+    raise (ImportError if name[:1].isupper() else AttributeError)(missing(name))
 
 
 class Buffer(BufferCore):
@@ -58,10 +63,15 @@ class Buffer(BufferCore):
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
         """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
         super().__init__(cache_time)
+        self._futures: dict[Future, tuple[str, str, AnyTime]] = {}
+        """Futures of wait_for_transform_async that have no result yet, and their arguments."""
         self.clock = Clock() if node is None else node.get_clock()
         self.jump_handle = self.clock.create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1),
                           on_clock_change=True), post_callback=self.time_jump_callback)
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise AttributeError(missing(f'Buffer.{name}'))
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
         """Clear the buffer after the clock has jumped back."""
@@ -92,12 +102,49 @@ class Buffer(BufferCore):
             self._changed.wait_for(lambda: answer()[0], nanoseconds_of(timeout) * 1e-9)
             return answer() if return_debug_tuple else answer()[0]
 
+    def set_transform(self, transform: TransformStamped, authority: str) -> None:
+        """Add a transform, or log an error if the transform is invalid."""
+        super().set_transform(transform, authority)
+        self._complete_futures()
+
+    def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
+        """Add a transform valid at all times."""
+        super().set_transform_static(transform, authority)
+        self._complete_futures()
+
+    def wait_for_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
+                                 ) -> Future:
+        """Return a future whose result is the transform as soon as it is available."""
+        future = Future()
+        with self._changed:
+            self._futures[future] = target_frame, source_frame, time
+        self._complete_futures()
+        return future
+
+    async def lookup_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
+                                     ) -> TransformStamped:
+        """Wait until a transform is available, and return it."""
+        await self.wait_for_transform_async(target_frame, source_frame, time)
+        return self.lookup_transform_core(target_frame, source_frame, time)
+
+    def _complete_futures(self) -> None:
+        """Set the results of all futures whose transforms are available."""
+        with self._changed:
+            for future, arguments in list(self._futures.items()):
+                if self.can_transform_core(*arguments)[0]:
+                    del self._futures[future]
+                    future.set_result(self.lookup_transform_core(*arguments))
+
 
 class TransformListener:
     """Subscriptions to /tf and /tf_static that fill a buffer."""
 
-    def __init__(self, buffer: Buffer, node: Node, *, qos: QoSProfile | int | None = None) -> None:
-        """Create reliable subscriptions with depth 100. `qos` overrides this default for /tf."""
+    def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
+                 qos: QoSProfile | int | None = None, static_qos: QoSProfile | int | None = None
+                 ) -> None:
+        """Create reliable subscriptions with depth 100 unless QoS profiles are given."""
+        if spin_thread:
+            raise TypeError(missing('spin_thread'))
         self.buffer = buffer
         self.node = node
         # A reentrant group can receive transforms while another callback waits for them.
@@ -106,11 +153,12 @@ class TransformListener:
             TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
             callback_group=self.group)
         self.tf_static_sub = node.create_subscription(
-            TFMessage, '/tf_static', self.static_callback, QoSProfile(
+            TFMessage, '/tf_static', self.static_callback, static_qos or QoSProfile(
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
 
     def __del__(self) -> None:
-        self.unregister()
+        if hasattr(self, 'tf_static_sub'):
+            self.unregister()
 
     def unregister(self) -> None:
         """Unsubscribe from /tf and /tf_static."""
