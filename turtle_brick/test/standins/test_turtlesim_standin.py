@@ -14,8 +14,11 @@
 """Test the ROS interface of turtlesim_node. test_turtlesim_kinematics.py tests the motion."""
 
 from math import pi
+import os
 import signal
 from statistics import median
+import subprocess
+import termios
 
 from geometry_msgs.msg import Twist, Vector3
 from graph_client.domains import reserved_domain
@@ -94,8 +97,9 @@ def test_command_moves_turtle_for_one_second(shared, poses):
     assert 30 < ticks < 64.5
     assert end.y == ARENA_CENTER
     answer = live.call('turtlesim/set_parameters', SetParameters, SetParameters.Request(
-        parameters=[Parameter('holonomic', value=True).to_parameter_msg()]))
-    assert answer.results[0].successful
+        parameters=[Parameter(name, value=value).to_parameter_msg() for name, value in (
+            ('holonomic', True), ('background_r', 150), ('background_g', 300))]))
+    assert [result.successful for result in answer.results] == [True, True, False]
     commands.publish(Twist(linear=Vector3(y=1.0)))
     pose = wait_for_pose(live, poses, lambda pose: pose.y > ARENA_CENTER, 'sideways motion')
     assert pose.linear_velocity == 1.0
@@ -152,6 +156,35 @@ def test_drawing_services_only_log_a_warning(shared):
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)
     turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim does not draw\n', 10.0)
+
+
+def test_mimic_copies_the_velocities_of_draw_square(shared, poses):
+    _, live = shared
+    domain_id, copy = live.context.get_domain_id(), live.record('copy', Twist)
+    with process([executable('turtlesim', 'mimic'), '--ros-args', '-r', 'output/cmd_vel:=copy',
+                  '-r', 'input/pose:=turtle1/pose'], domain_id):
+        with process([executable('turtlesim', 'draw_square')], domain_id):
+            live.wait_for(lambda: copy.last and copy.last.linear.x == 1.0, 20.0, 'the first side')
+            live.wait_for(lambda: copy.last.angular.z > 0.39, 20.0, 'the turn')
+            assert poses.last.x == pytest.approx(ARENA_CENTER + 2.0, abs=0.2)
+
+
+def test_arrow_keys_drive_the_turtle_until_q_is_pressed(shared, poses):
+    _, live = shared
+    keyboard, terminal = os.openpty()
+    before = termios.tcgetattr(terminal)
+    with subprocess.Popen(
+            [executable('turtlesim', 'turtle_teleop_key')], stdin=terminal,
+            env={**os.environ, 'ROS_DOMAIN_ID': str(live.context.get_domain_id())}) as program:
+        try:
+            for key, velocity in ((b'\x1b[A', (2.0, 0.0)), (b'x\x1b[D', (0.0, 2.0))):
+                live.wait_for(lambda: os.write(keyboard, key) and velocity == (
+                    poses.last.linear_velocity, poses.last.angular_velocity), 20.0, 'the motion')
+            os.write(keyboard, b'q')
+            assert program.wait(20.0) == 0
+        finally:
+            program.kill()
+    assert termios.tcgetattr(terminal) == before
 
 
 def test_invalid_parameter_ends_node_with_one_line(domain_id):

@@ -36,6 +36,7 @@ Provides these other services:
 
 ROS parameters:
     holonomic (bool, false): whether turtles can move sideways
+    background_r, background_g, background_b (integer, 69, 86, 255): without effect
 """
 
 from collections.abc import Callable
@@ -44,7 +45,7 @@ from threading import Event
 from typing import Any
 
 from geometry_msgs.msg import Twist
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -113,6 +114,10 @@ class TurtleSimNode(Node):
         super().__init__('turtlesim', **node_arguments)
         self.declare_parameter('holonomic', False, ParameterDescriptor(
             description='If true, then turtles will be holonomic'))
+        channel = IntegerRange(from_value=0, to_value=255, step=1)
+        for letter, color, value in (('r', 'Red', 69), ('g', 'Green', 86), ('b', 'Blue', 255)):
+            self.declare_parameter(f'background_{letter}', value, ParameterDescriptor(
+                description=f'{color} channel of the background color', integer_range=[channel]))
         self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())
         self._topics: dict[str, TurtleTopics] = {}
         self.get_logger().info(
@@ -190,14 +195,14 @@ class TurtleSimNode(Node):
         self._open('turtle1')
 
 
-def main(args: list[str] | None = None) -> str | None:
-    """Run the node until Ctrl-C or SIGTERM."""
+def main(node_type: Callable[[], Node] = TurtleSimNode) -> str | None:
+    """Run a node until Ctrl-C or SIGTERM."""
     stopped = Event()
     for number in (SIGINT, SIGTERM):
         signal(number, lambda *_: stopped.set())
     try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        node = TurtleSimNode()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        node = node_type()
     except (ParameterException, RuntimeError) as error:
         rclpy.try_shutdown()
         return f'turtlesim: {error}'
