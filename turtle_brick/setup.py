@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Install the packages turtle_brick, graph_client and turtle_referee."""
+"""Install the packages turtle_brick, graph_client, graph_view and turtle_referee."""
 
 from glob import glob
 
@@ -23,7 +23,8 @@ package_name = 'turtle_brick'
 setup(
     name=package_name,
     version='1.0.0',
-    packages=find_packages(include=[f'{package_name}*', 'graph_client*', 'turtle_referee*']),
+    packages=find_packages(include=[
+        f'{package_name}*', 'graph_client*', 'graph_view*', 'turtle_referee*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
@@ -51,7 +52,7 @@ setup(
             'referee = turtle_referee.referee:main',
             'sweep = turtle_brick.tools.sweep:main',
             'turtle_robot = turtle_brick.turtle_robot:main',
-            'viewer = turtle_brick.view.viewer:main',
+            'viewer = graph_view.viewer:main',
         ],
     },
 )

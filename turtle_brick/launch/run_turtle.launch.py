@@ -15,8 +15,7 @@
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.substitutions import (EnvironmentVariable, LaunchConfiguration, PathJoinSubstitution,
-                                  ThisLaunchFileDir)
+from launch.substitutions import EnvironmentVariable, PathJoinSubstitution, ThisLaunchFileDir
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
@@ -25,45 +24,30 @@ def generate_launch_description():
     """Return actions that start turtlesim and turtle_robot, and run show_turtle.launch.py."""
     return LaunchDescription([
         DeclareLaunchArgument(
-            'rviz_config',
-            default_value='config/run_turtle.rviz',
-            description='The configuration file of rviz2, relative to the share directory of '
-                        'turtle_brick.'),
+            'rviz_config', default_value='config/run_turtle.rviz',
+            description='The rviz2 configuration file, relative to the share directory.'),
         DeclareLaunchArgument(
-            'view',
-            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
-            choices=['rviz', 'web', 'none'],
-            description='The program that shows the robot: rviz2 (rviz), a page in the browser '
-                        '(web) or none. The environment variable TURTLE_BRICK_VIEW changes the '
-                        'default.'),
+            'view', default_value='rviz', choices=['rviz', 'none'],
+            description='The program that shows the robot: rviz2 (rviz) or none.'),
         DeclareLaunchArgument(
-            'namespace',
-            default_value='',
-            description='The namespace of all nodes, topics and services, including TF. Several '
-                        'robots can run in different namespaces.'),
-        # The included file starts robot_state_publisher and the view. It inherits the other
-        # arguments. This file is included first because launch waits for xacro here. Ctrl-C
-        # during this wait would not stop nodes that are already running.
+            'namespace', default_value='',
+            description='The namespace of all nodes, topics and services, including TF.'),
+        # The included file also sets the namespace of the nodes below. It comes first because
+        # launch waits for xacro here. Ctrl-C during this wait would not stop running nodes.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
             launch_arguments=[('use_jsp', 'none')]),
         Node(
             package='turtlesim',
             executable='turtlesim_node',
-            namespace=LaunchConfiguration('namespace'),
             parameters=[{'holonomic': True}],
             # Qt uses the first platform that works (offscreen if there is no display).
-            additional_env={
-                'QT_QPA_PLATFORM': EnvironmentVariable(
-                    'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen'),
-            }),
+            additional_env={'QT_QPA_PLATFORM': EnvironmentVariable(
+                'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen')}),
         Node(
             package='turtle_brick',
             executable='turtle_robot',
-            namespace=LaunchConfiguration('namespace'),
-            parameters=[
-                PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml']),
-            ],
-            remappings=[('cmd_vel', 'turtle1/cmd_vel'), ('/tf', 'tf'),
-                        ('/tf_static', 'tf_static')]),
+            parameters=[PathJoinSubstitution(
+                [FindPackageShare('turtle_brick'), 'config', 'turtle.yaml'])],
+            remappings=[('cmd_vel', 'turtle1/cmd_vel')]),
     ])

@@ -14,55 +14,43 @@
 """Show the turtle robot without a simulation."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, LogInfo
+from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
-from launch.substitutions import (Command, EnvironmentVariable, EqualsSubstitution,
-                                  LaunchConfiguration, PathJoinSubstitution)
-from launch_ros.actions import Node
+from launch.substitutions import (Command, EqualsSubstitution, LaunchConfiguration,
+                                  PathJoinSubstitution)
+from launch_ros.actions import Node, PushRosNamespace, SetRemap
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Return actions that start robot_state_publisher, a joint state publisher and a view."""
+    """Return actions that start robot_state_publisher, a joint state publisher and rviz2."""
     return LaunchDescription([
         DeclareLaunchArgument(
-            'use_jsp',
-            default_value='gui',
-            choices=['gui', 'jsp', 'none'],
+            'use_jsp', default_value='gui', choices=['gui', 'jsp', 'none'],
             description='The publisher of joint_states: joint_state_publisher_gui (gui), '
                         'joint_state_publisher (jsp) or none.'),
         DeclareLaunchArgument(
-            'rviz_config',
-            default_value='config/show_turtle.rviz',
-            description='The configuration file of rviz2, relative to the share directory of '
-                        'turtle_brick.'),
+            'rviz_config', default_value='config/show_turtle.rviz',
+            description='The rviz2 configuration file, relative to the share directory.'),
         DeclareLaunchArgument(
-            'view',
-            default_value=EnvironmentVariable('TURTLE_BRICK_VIEW', default_value='rviz'),
-            choices=['rviz', 'web', 'none'],
-            description='The program that shows the robot: rviz2 (rviz), a page in the browser '
-                        '(web) or none. The environment variable TURTLE_BRICK_VIEW changes the '
-                        'default.'),
+            'view', default_value='rviz', choices=['rviz', 'none'],
+            description='The program that shows the robot: rviz2 (rviz) or none.'),
         DeclareLaunchArgument(
-            'namespace',
-            default_value='',
-            description='The namespace of all nodes, topics and services, including TF. Several '
-                        'robots can run in different namespaces.'),
+            'namespace', default_value='',
+            description='The namespace of all nodes, topics and services, including TF.'),
+        # The following three settings also apply to the nodes in the files that include this file.
+        PushRosNamespace(LaunchConfiguration('namespace')),
+        SetRemap('/tf', 'tf'),
+        SetRemap('/tf_static', 'tf_static'),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
-            namespace=LaunchConfiguration('namespace'),
-            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
             parameters=[{
                 'robot_description': ParameterValue(
-                    Command([
-                        'xacro "',
-                        PathJoinSubstitution(
-                            [FindPackageShare('turtle_brick'), 'urdf', 'turtle.urdf.xacro']),
-                        '"',
-                    ], on_stderr='warn'),
-                    value_type=str),
+                    Command(['xacro "', PathJoinSubstitution(
+                        [FindPackageShare('turtle_brick'), 'urdf', 'turtle.urdf.xacro']), '"'],
+                            on_stderr='warn'), value_type=str),
                 # Without this setting, transforms are up to 50 ms late, and a joint state with a
                 # timestamp in the future blocks all later joint states.
                 'ignore_timestamp': True,
@@ -70,31 +58,16 @@ def generate_launch_description():
         Node(
             package='joint_state_publisher_gui',
             executable='joint_state_publisher_gui',
-            namespace=LaunchConfiguration('namespace'),
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'gui'))),
         Node(
             package='joint_state_publisher',
             executable='joint_state_publisher',
-            namespace=LaunchConfiguration('namespace'),
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('use_jsp'), 'jsp'))),
-        LogInfo(
-            msg='Showing the robot in rviz2. If rviz2 is not installed, use view:=web.',
-            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),
         Node(
             package='rviz2',
             executable='rviz2',
-            namespace=LaunchConfiguration('namespace'),
-            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
-            arguments=[
-                '-d',
-                PathJoinSubstitution(
-                    [FindPackageShare('turtle_brick'), LaunchConfiguration('rviz_config')]),
-            ],
+            # An absolute path in rviz_config does not depend on the current directory.
+            cwd=FindPackageShare('turtle_brick'),
+            arguments=['-d', LaunchConfiguration('rviz_config')],
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),
-        Node(
-            package='turtle_brick',
-            executable='viewer',
-            namespace=LaunchConfiguration('namespace'),
-            remappings=[('/tf', 'tf'), ('/tf_static', 'tf_static')],
-            condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'web'))),
     ])

@@ -73,6 +73,9 @@ NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
+SHARED_FILES = {'rviz2': 'graph_*/*.py'}
+"""Source files outside the folder of a stand-in that the stand-in installs."""
+
 REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
 """Real package for each stand-in with a different name."""
 
@@ -141,6 +144,9 @@ def fingerprint(*parts: object) -> str:
 def folder_fingerprint(folder: Path) -> str:
     """Return a hash of the names, modes and contents of the source files in a package."""
     found: list[object] = []
+    if folder.name in SHARED_FILES:
+        shared = sorted((TOP / 'turtle_brick').glob(SHARED_FILES[folder.name]))
+        found += [path.read_bytes() for path in shared]
     for path in sorted(folder.rglob('*')):
         name = path.relative_to(folder)
         if path.is_file() and name.parts[0] not in NOT_BUILT and not IGNORED.search(f'/{name}'):

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-PACKAGES = ('turtle_brick', 'graph_client', 'turtle_referee')
+PACKAGES = ('turtle_brick', 'graph_client', 'graph_view', 'turtle_referee')
 
 HERE = Path(__file__).resolve().parents[1]
 

@@ -35,7 +35,7 @@ NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 WITHOUT_KEY = {'viser', 'websockets'}
 """Modules without a usable rosdep key. A comment in package.xml describes the installation."""
 
-PACKAGES = ('turtle_brick', 'graph_client', 'turtle_referee')
+PACKAGES = ('turtle_brick', 'graph_client', 'graph_view', 'turtle_referee')
 """Python packages in the ROS package turtle_brick."""
 
 MAY_IMPORT = {
@@ -44,10 +44,9 @@ MAY_IMPORT = {
     'turtle_brick/ros': ['turtle_brick.core', 'turtle_brick.ros'],
     **{f'turtle_brick/{name}.py': ['turtle_brick.physics', 'turtle_brick.core', 'turtle_brick.ros']
        for name in ('arena', 'catcher', 'turtle_robot')},
-    'turtle_brick/view': [f'turtle_brick.{name}' for name in (
-        'core', 'ros', 'view', 'arena', 'catcher', 'physics', 'turtle_robot')],
     'turtle_brick/tools': ['turtle_brick', 'graph_client'],
     'graph_client': ['graph_client'],
+    'graph_view': ['graph_view', 'graph_client'],
     'turtle_referee': ['turtle_referee', 'graph_client'],
     'standins': ['turtle_brick.core.turtlesim_kinematics'],
 }

@@ -12,13 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
+from graph_view.camera import (FIELD_OF_VIEW, FREE_FRACTION, ground_point, MARGIN, NARROW_ASPECT,
+                               NEAR_VIEW, TOP_VIEW)
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import numpy
 import pytest
-from turtle_brick.view.camera import (FIELD_OF_VIEW, FREE_FRACTION, ground_point, MARGIN,
-                                      NARROW_ASPECT, NEAR_VIEW, TOP_VIEW)
 
 COORDINATES = st.floats(-50.0, 50.0)
 POINTS = st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=5)

@@ -18,17 +18,17 @@ from html import unescape
 from importlib.util import find_spec
 from types import SimpleNamespace
 
+from graph_view.camera import NEAR_VIEW, TOP_VIEW
+from graph_view.shapes import ORIGIN, SceneObject, Shape
 import numpy
 import pytest
 from turtle_brick.core.geometry import from_yaw, Pose
-from turtle_brick.view.camera import NEAR_VIEW, TOP_VIEW
-from turtle_brick.view.shapes import ORIGIN, SceneObject, Shape
 
 # If the whole module were skipped, launch_testing's plugin would also skip other modules.
 if find_spec('viser') is not None:
-    from turtle_brick.view.panel import Panel, PanelCallbacks, parse_position
-    from turtle_brick.view.scene import Scene
-    from turtle_brick.view.server import PageServer
+    from graph_view.panel import Panel, parse_position
+    from graph_view.scene import Scene
+    from graph_view.server import PageServer
 
 pytestmark = pytest.mark.skipif(find_spec('viser') is None, reason='viser is not installed')
 
@@ -37,12 +37,10 @@ RED = (1.0, 0.0, 0.0, 1.0)
 
 @pytest.fixture(scope='module')
 def page():
-    """Yield a panel, its viser server, and a list of all calls to the panel's callbacks."""
+    """Yield a panel, its viser server, and a list of all commands from the panel."""
     server = PageServer('127.0.0.1', 0, 'test')
     calls = []
-    panel = Panel(server.viser, Scene(server.viser), PanelCallbacks(*(
-        lambda *values, name=name: calls.append((name, *values))
-        for name in PanelCallbacks._fields)))
+    panel = Panel(server.viser, Scene(server.viser), lambda *command: calls.append(command))
     yield SimpleNamespace(panel=panel, calls=calls, viser=server.viser)
     server.viser.stop()
 
@@ -87,12 +85,6 @@ def test_line_is_drawn_between_its_points(page):
         assert drawn.points.tolist() == [
             [list(points[number]), list(points[number + 1])] for number in range(count)]
         scene.show({})
-
-
-def test_unknown_kind_of_shape_is_an_error(page):
-    cone = Shape('cone', (1.0, 2.0, 3.0), RED)
-    with pytest.raises(ValueError, match="cannot draw shapes of kind 'cone'"):
-        Scene(page.viser).show({'cone': SceneObject((cone,), ORIGIN)})
 
 
 def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatch):
@@ -146,7 +138,7 @@ def test_texts_are_escaped_alarms_are_red_and_sections_can_be_hidden(page):
     assert '#c92a2a' in panel.status.content
     panel.show_status('Caught', False)
     assert '#c92a2a' not in panel.status.content
-    panel.show_rates([('odom', 99.96), ('cmd_vel', None)])
+    panel.show_rates([('odom', 99.96), ('cmd_vel', 0.0)])
     assert '>odom: 100.0 Hz<' in panel.rates.content
     assert '>cmd_vel: no messages<' in panel.rates.content
     panel.show_sections(True, False, False)
@@ -157,7 +149,6 @@ def test_slider_follows_the_platform_within_its_range(page):
     for angle, shown in ((0.7, 0.7), (9.0, 1.57), (-9.0, -1.57), (0.0, 0.0)):
         page.panel.show_tilt(angle)
         assert page.panel.tilt.value == pytest.approx(shown)
-        assert page.panel.tilt_warning.visible == (angle != shown)
 
 
 def test_position_is_parsed_or_rejected():
@@ -180,13 +171,13 @@ def test_drop_first_places_the_brick_at_an_edited_position(page):
         return calls.pop()
 
     panel.suggest_position((6.0, 5.0, 1.6))
-    assert press('Drop') == ('drop', None)
+    assert press('Drop') == ('drop',)
     assert press('Place') == ('place', (6.0, 5.0, 1.6))
     assert press('Drop', '6, 5.0, 1.66') == ('drop', (6.0, 5.0, 1.66))
     panel.suggest_position((1.0, 2.0, 3.0))
     assert panel.position.value == '6, 5.0, 1.66', 'a suggestion does not replace a user input'
     panel.suggest_position((6.0, 5.0, 1.66))
-    assert press('Drop') == ('drop', None), 'the brick is already there'
+    assert press('Drop') == ('drop',), 'the brick is already there'
     for name in ('Place', 'Drop'):
         panel.position.value = ''
         panel.press(name)

@@ -16,13 +16,13 @@
 from math import cos, inf, nan, sin
 
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from graph_view.shapes import from_rpy, Markers, ORIGIN, RED, robot_shapes, shape_of
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 from std_msgs.msg import ColorRGBA, Header
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, rotate
 from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.view.shapes import from_rpy, Markers, ORIGIN, RED, robot_shapes, shape_of
 from visualization_msgs.msg import Marker
 
 ANGLES = st.floats(-10.0, 10.0)

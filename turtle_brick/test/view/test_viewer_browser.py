@@ -24,12 +24,12 @@ from time import monotonic
 
 from browser import Chromium, find_chromium, TIMEOUT
 from geometry_msgs.msg import PoseStamped
+from graph_view.camera import MARGIN
 from live_graph import add_nodes, graph
 import numpy
 import pytest
 from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
-from turtle_brick.view.camera import MARGIN
 
 pytestmark = [
     pytest.mark.skipif(find_chromium() is None,
@@ -120,7 +120,7 @@ def running_graph(domain_id):
         viewer = live.add_process('turtle_brick', 'viewer', '--ros-args', '-p', 'port:=0')
         spinning = pool.submit(live.spin_until, end.is_set, inf, 'the end of the test')
         try:
-            yield viewer.wait_for_output(r'Viewer: (http\S+)', TIMEOUT)[1], goals
+            yield viewer.wait_for_output(r'viewer: (http\S+)', TIMEOUT)[1], goals
         finally:
             end.set()
             spinning.result()

@@ -18,9 +18,9 @@ from bisect import bisect
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from graph_client.geometry import Vector
+from graph_view.shapes import Pose, SceneObject
 import numpy
-from turtle_brick.core.geometry import Pose, Vector
-from turtle_brick.view.shapes import SceneObject
 
 MAX_SNAPSHOTS = 900
 """Maximum number of snapshots in a recording (30 s)."""

@@ -20,16 +20,19 @@ from math import cos, hypot, inf, sin
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from turtle_brick.core.geometry import (Color, from_pitch, from_yaw, IDENTITY, multiply, Pose,
-                                        Quaternion, Vector)
-from turtle_brick.ros.times import nanoseconds_of
+from graph_client.geometry import Vector
+from graph_client.record import nanoseconds_of
+import numpy
 from visualization_msgs.msg import Marker
+
+Quaternion = tuple[float, float, float, float]
+"""Rotation as x, y, z and w."""
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, each from 0 to 1."""
 
 RED: Color = (1.0, 0.0, 0.0, 1.0)
 """Color of a URDF visual without a defined material, as in rviz2."""
-
-ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
-"""Pose at the origin of a frame, without rotation."""
 
 MAX_NUMBER = 1e6
 """Maximum absolute value of a drawable number."""
@@ -44,6 +47,26 @@ MARKER_KINDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'c
 MARKER_TYPES = {getattr(Marker, name): name for name in (
     'ARROW', 'LINE_LIST', 'CUBE_LIST', 'SPHERE_LIST', 'POINTS', 'MESH_RESOURCE', 'TRIANGLE_LIST')}
 """Names of the marker types that cannot be drawn."""
+
+
+class Pose(NamedTuple):
+    """Position (m) and orientation (unit quaternion) of a frame in its parent frame."""
+
+    position: Vector
+    orientation: Quaternion
+
+    def transform(self, point: Vector) -> Vector:
+        """Transform a point (m) from this frame to the parent frame."""
+        *axis, w = self.orientation
+        half = numpy.cross(axis, point)
+        x, y, z = numpy.add(self.position, point) + 2.0 * (w * half + numpy.cross(axis, half))
+        return float(x), float(y), float(z)
+
+
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
+"""Pose at the origin of a frame, without rotation."""
 
 
 class Shape(NamedTuple):
@@ -144,8 +167,10 @@ def robot_shapes(description: str) -> RobotShapes:
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
     """Return the rotation by three angles (rad) about the fixed x, y and z axes (REP 103)."""
-    about_x = (sin(roll / 2.0), 0.0, 0.0, cos(roll / 2.0))
-    return multiply(from_yaw(yaw), multiply(from_pitch(pitch), about_x))
+    (cr, cp, cy), (sr, sp, sy) = (
+        [function(angle / 2.0) for angle in (roll, pitch, yaw)] for function in (cos, sin))
+    return (sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
 
 
 def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> tuple[Shape, ...]:

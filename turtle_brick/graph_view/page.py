@@ -25,25 +25,27 @@ for timestamps and the time shown in the scene, which are ROS times.
 from collections import deque
 from collections.abc import Callable
 from math import dist, nan
+from time import time_ns
 from typing import Any, TYPE_CHECKING
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
+from graph_client.record import message_rate, nanoseconds_of, NS_PER_SECOND
+from graph_view.replay import Replay, Snapshot
+from graph_view.settings import Settings
+from graph_view.shapes import (is_drawable, Markers, ORIGIN, Pose, robot_shapes, RobotShapes,
+                               SceneObject, Shape)
 from rclpy.time import Time
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException
-from turtle_brick.core.geometry import Pose
-from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.ros.tf import BASE_LINK, BRICK, MAX_AGE_NS, ODOM, PLATFORM, pose_of, WORLD
-from turtle_brick.ros.times import nanoseconds_of
-from turtle_brick.view.replay import Replay, Snapshot
-from turtle_brick.view.shapes import (is_drawable, Markers, ORIGIN, robot_shapes, RobotShapes,
-                                      SceneObject, Shape)
-from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker, MarkerArray
 
 if TYPE_CHECKING:  # These modules import viser, which may not be installed.
-    from turtle_brick.view.panel import Panel
-    from turtle_brick.view.scene import Scene
+    from graph_view.panel import Panel
+    from graph_view.scene import Scene
+
+WORLD, BASE_LINK, BRICK = 'world', 'base_link', 'brick'
+"""Names of the frames in the assignment."""
 
 BRICK_TF = 'brick (TF)'
 """Name of the brick's transforms in the list of rates."""
@@ -51,20 +53,22 @@ BRICK_TF = 'brick (TF)'
 RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
 """Names in the list of rates."""
 
-FRAMES = (WORLD, ODOM, BASE_LINK, 'stem', 'wheel', PLATFORM, BRICK)
-"""Frames drawn with axes and a label."""
-
-SECTION_TOPICS = ('brick_marker', 'odom', 'catcher_marker')
-"""Topics whose publishers make the panel's arena, robot and catcher sections visible."""
-
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 """Mark on the ground at the robot's goal."""
 
 GOAL_TOLERANCE = 0.05
 """Minimum distance (m) between the robot and its goal at which the mark is shown."""
 
-WALL_OPACITY = 0.3
-"""Maximum opacity of the walls, which must not hide the robot or the brick."""
+MAX_AGE_NS = NS_PER_SECOND // 2
+"""Age (ns) beyond which the transforms of an object do not delay the other objects."""
+
+TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
+"""Topics whose latest text is shown on the page."""
+
+HINTS = {
+    'floating': 'The assignment requires that the brick floats after it has left the platform.',
+    'grounded': 'The assignment requires that the brick is always inclined like the platform.'}
+"""Explanation of each brick state that looks like a fault."""
 
 PANEL_PERIOD_NS = NS_PER_SECOND // 10
 """Update period (ns) of the panel."""
@@ -83,32 +87,29 @@ CURVE_LENGTH = 120
 class Page:
     """Stores data from messages and draws the data on the page."""
 
-    def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer,
-                 warn: Callable[[str], Any], count_publishers: Callable[[str], int],
+    def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer, settings: Settings,
+                 warn: Callable[[str], Any], find_sections: Callable[[], tuple[bool, bool, bool]],
                  clock: Callable[[], int]) -> None:
-        """
-        Start without data.
-
-        :param warn: function that logs a warning
-        :param count_publishers: function that returns the number of publishers on a topic
-        :param clock: function that returns the current time (ns) from a monotonic clock
-        """
+        """Start without data. `find_sections` returns whether arena, robot and catcher run."""
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
+        self._settings = settings
         self._warn = warn
-        self._count_publishers = count_publishers
+        self._find_sections = find_sections
         self._clock = clock
         self._warnings: set[str] = set()
         self._robot = RobotShapes('', {})
         self._markers = Markers()
         self._replay = Replay()
-        self._brick_state = self._catcher_state = self._decision = ''
+        self._texts = dict.fromkeys(TEXT_TOPICS, '')
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
         self._arrivals: dict[str, deque[int]] = {name: deque(maxlen=1000) for name in RATE_NAMES}
         self._points: deque[tuple[float, ...]] = deque(maxlen=CURVE_LENGTH)
         self._next_panel_update = 0
+        self._is_moving: dict[str, bool] = {}
+        """Whether each known frame has moved or has been the parent of a moving frame."""
         self._fixed_frame = WORLD
         self._drawn_time = 0
         self._poses: dict[str, Pose | None] = {}
@@ -122,39 +123,36 @@ class Page:
         for kind in self._robot.skipped:
             self._warn_once(f'The page cannot draw <{kind}> in robot_description')
 
-    def on_transform(self, transform: TransformStamped) -> None:
-        """Record the arrival time of a transform if it belongs to the brick."""
-        if transform.child_frame_id == BRICK:
-            self.record_arrival(BRICK_TF)
+    def on_transforms(self, is_static: bool, message: TFMessage) -> None:
+        """Store all transforms except those that would disturb the page permanently."""
+        store = self._buffer.set_transform_static if is_static else self._buffer.set_transform
+        for transform in message.transforms:
+            child, position = transform.child_frame_id.lstrip('/'), transform.transform.translation
+            if child == WORLD or not is_drawable(position.x, position.y, position.z) or not (
+                    0 <= nanoseconds_of(transform.header.stamp) <= time_ns() + NS_PER_SECOND):
+                self._warn_once(f'The transform of {child} is ignored because it is invalid')
+                continue
+            store(transform, 'viewer')
+            if child == BRICK:
+                self.record_arrival(BRICK_TF)
+            for frame in (child, transform.header.frame_id.lstrip('/')):
+                self._is_moving[frame] = self._is_moving.get(frame, False) or not is_static
 
-    def on_walls(self, message: MarkerArray) -> None:
-        """Make the wall markers translucent and store them."""
-        for marker in message.markers:
-            marker.color.a = min(marker.color.a, WALL_OPACITY)
-            self.on_marker('walls', marker)
+    def on_markers(self, topic: str, message: Marker | MarkerArray) -> None:
+        """Store or remove the markers in a message that arrived on a topic."""
+        for marker in getattr(message, 'markers', [message]):
+            try:
+                self._markers.update(topic, marker, self._clock())
+            except ValueError as error:
+                self._warn_once(f'A marker on {topic} is not shown: {error}')
 
-    def on_marker(self, topic: str, message: Marker) -> None:
-        """Store or remove a marker that arrived on a topic."""
-        try:
-            self._markers.update(topic, message, self._clock())
-        except ValueError as error:
-            self._warn_once(f'A marker on {topic} is not shown: {error}')
-
-    def on_brick_state(self, message: String) -> None:
-        """Store the state of the brick."""
-        self._brick_state = message.data
+    def on_text(self, topic: str, message: String) -> None:
+        """Store the text from one of the TEXT_TOPICS."""
+        self._texts[topic] = message.data
         # Messages on different topics can arrive in any order, so a decision can arrive before
         # the `falling` state. A decision expires when the brick hovers or rides on the platform.
-        if message.data in ('hovering', 'riding'):
-            self._decision = ''
-
-    def on_catcher_state(self, message: String) -> None:
-        """Store the state of the catcher."""
-        self._catcher_state = message.data
-
-    def on_catcher_decision(self, message: String) -> None:
-        """Store the decision of the catcher."""
-        self._decision = message.data
+        if topic == 'brick_state' and message.data in ('hovering', 'riding'):
+            self._texts['catcher_decision'] = ''
 
     def on_goal(self, message: PoseStamped) -> None:
         """Store the goal of the robot."""
@@ -163,10 +161,10 @@ class Page:
         if frame is not None and is_drawable(point.x, point.y, point.z):
             self._goal = frame.transform((point.x, point.y, point.z))[:2]
 
-    def on_tilt(self, message: Tilt) -> None:
-        """Store the tilt of the platform."""
-        if is_drawable(message.angle):
-            self._tilt = message.angle
+    def on_tilt(self, angle: float) -> None:
+        """Store the tilt (rad) of the platform."""
+        if is_drawable(angle):
+            self._tilt = angle
 
     def record_arrival(self, name: str, _: object = None) -> None:
         """Record the arrival time of a message under a name from RATE_NAMES."""
@@ -180,7 +178,8 @@ class Page:
     def draw(self) -> None:
         """Draw the scene or its replay, and update the panel."""
         now = self._clock()
-        self._fixed_frame = self._find_fixed_frame()
+        default = WORLD if WORLD in self._is_moving else self._robot.root or WORLD
+        self._fixed_frame = self._settings.fixed_frame or default
         self._drawn_time = self._find_drawn_time()
         self._poses.clear()
         robot = {f'robot/{link}': SceneObject(shapes, pose)
@@ -193,7 +192,7 @@ class Page:
             x, y, z = brick.position
             points += [(x, y, z), (x, y, 0.0)]
         live = Snapshot(now, objects, points)
-        self._replay.record(live, self._brick_state)
+        self._replay.record(live, self._texts['brick_state'])
         shown = self._replay.snapshot(now) or live
         self._scene.show(shown.objects)
         self._scene.keep_in_view(shown.points)
@@ -211,22 +210,31 @@ class Page:
     def _frame_objects(self) -> dict[str, SceneObject]:
         if not self._panel.frames.value:
             return {}
-        return {f'frames/{frame}': SceneObject((), pose, frame) for frame in FRAMES
-                if (pose := self._drawn_pose(frame)) is not None}
+        # A robot has many static frames. Only a configuration file can make these visible.
+        return {f'frames/{frame}': SceneObject((), pose, frame)
+                for frame, is_moving in self._is_moving.items()
+                if (is_moving or self._settings.shows_frames)
+                and frame not in self._settings.hidden_frames
+                and (pose := self._drawn_pose(frame)) is not None}
 
     def _update_panel(self, now: int, is_live: bool) -> None:
-        self._panel.show_sections(*(self._count_publishers(topic) > 0 for topic in SECTION_TOPICS))
-        brick, state = self._drawn_pose(BRICK), self._brick_state or 'state unknown'
+        self._panel.show_sections(*self._find_sections())
+        self._panel.show_fixed_frame(self._fixed_frame, self._fixed_frame in self._is_moving)
+        brick = self._drawn_pose(BRICK)
+        state, _, decision = texts = self._texts.values()
         if brick is not None and state == 'hovering':
             self._panel.suggest_position(brick.position)
         height = 'height unknown' if brick is None else f'height {brick.position[2]:.2f} m'
-        self._panel.show_brick(f'{state}, {height}' if is_live else 'Replay of the last drop')
+        text = f'{state}, {height}' if state else height
+        self._panel.show_brick(text if is_live else 'Replay of the last drop',
+                               HINTS.get(state, ''))
         self._panel.show_status(
-            catch_status(self._brick_state, self._catcher_state, self._decision),
-            self._decision.startswith('unreachable') and state in ('falling', 'grounded'))
+            catch_status(*texts),
+            decision.startswith('unreachable') and state in ('falling', 'grounded'))
         self._panel.show_tilt(self._tilt)
         self._panel.show_rates([
-            (name, message_rate([time for time in times if now - time <= RATE_WINDOW_NS]))
+            (name, message_rate([
+                time / NS_PER_SECOND for time in times if now - time <= RATE_WINDOW_NS]))
             for name, times in self._arrivals.items()])
         self._points.append((now / NS_PER_SECOND, *self._curve_values()))
         self._panel.show_curves(self._points)
@@ -239,13 +247,6 @@ class Page:
         distance = dist(brick.position[:2], robot.position[:2]) if brick and robot else nan
         length = dist(robot.position, before.position) if robot and before else nan
         return height, distance, length * NS_PER_SECOND / SPEED_WINDOW_NS
-
-    def _find_fixed_frame(self) -> str:
-        """Return world, or the root link if neither robot nor brick is connected to world."""
-        root = self._robot.root
-        is_in_world = any(
-            self._buffer.can_transform(WORLD, frame, Time()) for frame in (root, BRICK))
-        return WORLD if is_in_world or not root else root
 
     def _find_drawn_time(self) -> int:
         """
@@ -272,7 +273,11 @@ class Page:
         if frame == self._fixed_frame:
             return ORIGIN
         transform = self._lookup(frame, stamp)
-        return None if transform is None else pose_of(transform.transform)
+        if transform is None:
+            return None
+        position, rotation = transform.transform.translation, transform.transform.rotation
+        return Pose((position.x, position.y, position.z),
+                    (rotation.x, rotation.y, rotation.z, rotation.w))
 
     def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
         try:
@@ -297,10 +302,3 @@ def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
              ('grounded', 'reachable'): 'Missed: the brick fell to the ground',
              ('grounded', 'unreachable'): f'The unreachable brick fell to the ground: {reason}'}
     return texts.get((brick_state, verdict), 'Waiting for a brick to fall')
-
-
-def message_rate(times: list[int]) -> float | None:
-    """Compute a message rate (Hz) from arrival times (ns). Return None if the rate is unknown."""
-    if not times or times[-1] == times[0]:
-        return None
-    return (len(times) - 1) * NS_PER_SECOND / (times[-1] - times[0])

@@ -20,7 +20,6 @@ import socket
 from typing import TypeVar
 
 import rich
-from turtle_brick.core.parameters import ParameterError
 import viser
 
 Result = TypeVar('Result')
@@ -36,7 +35,7 @@ class PageServer:
         :param host: name or address of the network interface
         :param port: preferred port. If this port is in use, the server uses the next free port.
         :param title: heading of the page and of the browser tab
-        :raises ParameterError: if the host or the port cannot be used
+        :raises ValueError: if the host or the port cannot be used
         """
         check_address(host, port)
         rich.get_console().quiet = True  # This hides messages from viser.
@@ -64,13 +63,13 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise ParameterError if an address is unusable, because viser would try 1000 ports."""
+    """Raise ValueError if an address is unusable, because viser would try 1000 ports."""
     if not 0 <= port <= 65535:
-        raise ParameterError(f'port is {port}, but must be from 0 to 65535')
+        raise ValueError(f'port is {port}, but must be from 0 to 65535')
     try:
         family, _, _, _, address = socket.getaddrinfo(
             host, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
         socket.create_server(address, family=family).close()
     except (OSError, UnicodeError) as error:
-        raise ParameterError(f'host is {host!r}, but a page cannot be served there: {error}'
-                             ) from None
+        raise ValueError(
+            f'host is {host!r}, but a page cannot be served there: {error}') from None

@@ -20,11 +20,10 @@ from itertools import count
 from math import dist
 from typing import Any
 
+from graph_client.geometry import CENTER, Vector
+from graph_view.camera import FIELD_OF_VIEW, NEAR_VIEW, View
+from graph_view.shapes import Pose, SceneObject, Shape
 import numpy
-from turtle_brick.core.geometry import Pose, Vector
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER
-from turtle_brick.view.camera import FIELD_OF_VIEW, NEAR_VIEW, View
-from turtle_brick.view.shapes import SceneObject, Shape
 import viser
 
 GROUND_COLOR = (229, 232, 226)
@@ -32,13 +31,17 @@ GRID_COLOR = (196, 201, 194)
 SKY_COLOR = (214, 228, 242)
 """Colors (0 to 255) of the ground, its grid (one line per meter) and the sky."""
 
+INITIAL_POSE = NEAR_VIEW.camera_pose([(*CENTER, height) for height in (0.0, 8.0)], 1.0)
+"""Position (m) of a new camera and the point (m) at the center of its picture."""
+
 POSITION_TOLERANCE = 1e-3
 """Distance (m) below which two camera positions count as equal."""
 
 LABEL_ANCHORS: dict[str, Any] = {
-    'world': 'bottom-right', 'odom': 'top-right', 'base_link': 'bottom-left', 'stem': 'top-left',
-    'wheel': 'top-right', 'platform': 'bottom-right', 'brick': 'top-left'}
-"""Label corner placed at the origin of each frame. Different corners prevent overlaps."""
+    'world': 'bottom-right', 'odom': 'top-right', 'stem': 'top-left', 'wheel': 'top-right',
+    'platform': 'bottom-right', 'brick': 'top-left'}
+"""Label corner placed at the origin of a frame (by default the lower left one). Different corners
+prevent overlaps."""
 
 
 class BrowserCamera:
@@ -70,6 +73,10 @@ class BrowserCamera:
 
     async def _on_update(self, camera: viser.CameraHandle) -> None:
         """Stop following the view if the browser reports a position that was not requested."""
+        if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
+            # The browser has reset the camera, which a narrow page also does at its start.
+            self.set_view(NEAR_VIEW)
+            return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
                            for position in self._requested)
         # The first reported positions can be older than the view.
@@ -90,8 +97,7 @@ class Scene:
         self._numbers = count()
         initial = server.initial_camera
         initial.fov = FIELD_OF_VIEW
-        initial.position, initial.look_at = NEAR_VIEW.camera_pose(
-            [(ARENA_CENTER, ARENA_CENTER, height) for height in (0.0, 8.0)], 1.0)
+        initial.position, initial.look_at = INITIAL_POSE
         self._scene.add_grid(
             '/ground', infinite_grid=True, cell_size=1.0, section_size=1.0, cell_color=GRID_COLOR,
             section_color=GRID_COLOR, plane_color=GROUND_COLOR, plane_opacity=1.0,
@@ -136,7 +142,7 @@ class Scene:
             position=pose.position, wxyz=_wxyz(pose))
         if label:
             self._scene.add_label(f'{path}/name', label, font_screen_scale=1.2,
-                                  anchor=LABEL_ANCHORS[label])
+                                  anchor=LABEL_ANCHORS.get(label, 'bottom-left'))
         for number, shape in enumerate(scene_object.shapes):
             self._add_shape(f'{path}/{number}', shape)
         return node
@@ -162,8 +168,6 @@ class Scene:
                 segments = numpy.array(list(zip(shape.points, shape.points[1:])))
                 self._scene.add_line_segments(
                     path, segments.reshape(-1, 2, 3), color, thickness=shape.size[0], **pose)
-            case _:
-                raise ValueError(f'The page cannot draw shapes of kind {shape.kind!r}')
 
 
 def _wxyz(pose: Pose) -> tuple[float, float, float, float]:

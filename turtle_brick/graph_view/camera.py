@@ -23,9 +23,8 @@ from collections.abc import Sequence
 from math import tan
 from typing import NamedTuple
 
+from graph_client.geometry import ARENA_SIZE, Vector
 import numpy
-from turtle_brick.core.geometry import Vector
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
 FIELD_OF_VIEW = 0.75
 """Vertical field of view (rad) of all cameras."""

@@ -19,14 +19,12 @@ from html import escape
 from math import inf, pi
 from random import uniform
 from time import monotonic
-from typing import Any, NamedTuple
+from typing import Any
 
+from graph_client.geometry import ARENA_SIZE, Vector
+from graph_view.camera import ground_point, NEAR_VIEW, TOP_VIEW
+from graph_view.scene import Scene
 import numpy
-from turtle_brick.arena import BRICK_COLORS
-from turtle_brick.core.geometry import Vector
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick.view.camera import ground_point, NEAR_VIEW, TOP_VIEW
-from turtle_brick.view.scene import Scene
 import viser
 
 GREEN = (46, 125, 70)
@@ -51,23 +49,14 @@ RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
 """Ranges of x, y and z (m) for random drops."""
 
 
-class PanelCallbacks(NamedTuple):
-    """Functions that the panel calls in viser's threads."""
-
-    place: Callable[[Vector], None]  # Place the brick at a position (m) in the world frame.
-    drop: Callable[[Vector | None], None]  # Drop the brick, optionally from a new position (m).
-    tilt: Callable[[float], None]  # Tilt the platform to an angle (rad).
-    drive: Callable[[float, float], None]  # Send the robot to x and y (m) in the world frame.
-    replay: Callable[[float], None]  # Toggle the replay at a fraction of real time.
-
-
 class Panel:
     """The panel of the page. Most attributes are viser handles for the controls."""
 
-    def __init__(self, server: viser.ViserServer, scene: Scene, callbacks: PanelCallbacks) -> None:
-        """Create the controls and connect them to the callbacks."""
+    def __init__(self, server: viser.ViserServer, scene: Scene, execute: Callable[..., None],
+                 shows_frames: bool = False) -> None:
+        """Create the controls, which call `execute` in viser's threads, as in ('tilt', 0.5)."""
         self._scene = scene
-        self._callbacks = callbacks
+        self._execute = execute
         self._slider_time = -inf
         self._suggestion: Vector | None = None
         gui = server.gui
@@ -78,7 +67,8 @@ class Panel:
         self._add_robot_folder(gui)
         with gui.add_folder('View'):
             gui.add_button_group('', tuple(VIEWS)).on_click(self._on_view)
-            self.frames = gui.add_checkbox('show frames', False)
+            self.frames = gui.add_checkbox('show frames', shows_frames)
+            self.fixed_frame = gui.add_html('')
         self._add_plot_folder(gui)
         with gui.add_folder('Rates'):
             self.rates = gui.add_html('')
@@ -87,7 +77,7 @@ class Panel:
     def _add_brick_folder(self, gui: viser.GuiApi) -> None:
         with gui.add_folder('Brick') as self.brick_folder:
             self.brick = gui.add_html('')
-            gui.add_html(_legend())
+            self.hint = gui.add_html('')
             with gui.add_form(None) as form:
                 # mypy regards the value of a control as read-only, so the type is Any.
                 self.position: Any = gui.add_text('x, y, z (m)', '')
@@ -99,7 +89,6 @@ class Panel:
         with gui.add_folder('Robot') as self.robot_folder:
             self.status = gui.add_html('')
             self.tilt: Any = gui.add_slider('tilt (rad)', -SLIDER_LIMIT, SLIDER_LIMIT, 0.01, 0.0)
-            self.tilt_warning = gui.add_html('', visible=False)
             self.drive = gui.add_checkbox('click the ground to drive', True)
         self.tilt.on_update(self._on_tilt)
 
@@ -128,9 +117,16 @@ class Panel:
         self.tilt.visible = self.drive.visible = robot
         self.plot_folder.visible = arena or robot
 
-    def show_brick(self, text: str) -> None:
-        """Show the state of the brick."""
+    def show_brick(self, text: str, hint: str) -> None:
+        """Show the state of the brick and an explanation, which may be empty."""
         self.brick.content = _html('brick', text)
+        self.hint.content = _html('hint', hint)
+        self.hint.visible = bool(hint)
+
+    def show_fixed_frame(self, frame: str, is_known: bool) -> None:
+        """Show the name of the fixed frame. An unknown frame is an error."""
+        text = f'Fixed frame: {frame}' if is_known else f'Fixed frame {frame} does not exist'
+        self.fixed_frame.content = _html('fixed_frame', text, not is_known)
 
     def show_status(self, text: str, is_alarm: bool) -> None:
         """Show the status of the catch. An alarm is red."""
@@ -140,10 +136,10 @@ class Panel:
         """Show the response to the last command. An error is red."""
         self.response.content = _html('response', text, not is_success)
 
-    def show_rates(self, rates: Sequence[tuple[str, float | None]]) -> None:
-        """Show topic names and message rates (Hz). A rate is None if no messages arrive."""
+    def show_rates(self, rates: Sequence[tuple[str, float]]) -> None:
+        """Show topic names and message rates (Hz). A rate is 0 if it is unknown."""
         self.rates.content = ''.join(
-            _html('rate', f'{name}: no messages' if rate is None else f'{name}: {rate:.1f} Hz')
+            _html('rate', f'{name}: {rate:.1f} Hz' if rate else f'{name}: no messages')
             for name, rate in rates)
 
     def show_tilt(self, angle: float) -> None:
@@ -151,9 +147,6 @@ class Panel:
         shown = round(min(max(angle, -SLIDER_LIMIT), SLIDER_LIMIT), 2)
         if monotonic() - self._slider_time >= SLIDER_PAUSE and shown != self.tilt.value:
             self.tilt.value = shown
-        self.tilt_warning.visible = abs(angle) > SLIDER_LIMIT
-        self.tilt_warning.content = _html(
-            'tilt_warning', f'The tilt is {angle:g} rad, outside the range of the slider.')
 
     def show_curves(self, points: Sequence[tuple[float, ...]]) -> None:
         """Plot points that each contain a time (s) and one value per curve (NaN if unknown)."""
@@ -170,12 +163,11 @@ class Panel:
     def press(self, button: str) -> None:
         """Execute the action of a button in the brick folder."""
         if button in REPLAY_SPEEDS:
-            self._callbacks.replay(REPLAY_SPEEDS[button])
+            self._execute('replay', REPLAY_SPEEDS[button])
         elif button == 'Drop at random':
-            x, y, z = (uniform(*limits) for limits in RANDOM_RANGES)
-            self._callbacks.drop((x, y, z))
+            self._execute('drop', tuple(uniform(*limits) for limits in RANDOM_RANGES))
         elif button == 'Drop' and not self._is_edited():
-            self._callbacks.drop(None)
+            self._execute('drop')
         else:
             text = self.position.value
             # viser can lose input in the last 50 ms before Enter, so the text is shown again.
@@ -186,10 +178,7 @@ class Panel:
             except ValueError as error:
                 self.show_response(str(error), False)
                 return
-            if button == 'Place':
-                self._callbacks.place(position)
-            else:
-                self._callbacks.drop(position)
+            self._execute('place' if button == 'Place' else 'drop', position)
 
     async def _on_submit(self, _: viser.GuiEvent) -> None:
         self.press('Place')
@@ -200,7 +189,7 @@ class Panel:
     def _on_tilt(self, event: viser.GuiEvent) -> None:
         if event.client is not None:  # The client is None if show_tilt moved the slider.
             self._slider_time = monotonic()
-            self._callbacks.tilt(self.tilt.value)
+            self._execute('tilt', self.tilt.value)
 
     async def _on_view(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
@@ -209,7 +198,7 @@ class Panel:
     def _on_scene_click(self, event: viser.SceneClickEvent) -> None:
         point = ground_point(event.ray_origin, event.ray_direction)
         if self.drive.visible and self.drive.value and point is not None:
-            self._callbacks.drive(*point)
+            self._execute('drive', *point)
 
     def _is_edited(self) -> bool:
         """Return whether a user has changed the suggested position."""
@@ -227,16 +216,6 @@ def parse_position(text: str) -> Vector:
         raise ValueError(f'{text!r} is not a position. Enter x, y and z in meters, for example '
                          '7.5, 7, 1.66.') from None
     return (x, y, z)
-
-
-def _legend() -> str:
-    """Return an HTML element that lists the color of the brick for each state."""
-    entries = []
-    for phase, (red, green, blue, _) in BRICK_COLORS.items():
-        color = f'rgb({255 * red:.0f},{255 * green:.0f},{255 * blue:.0f})'
-        entries.append(f'<span style="color:{color}">■</span> {phase.value}')
-    return ('<div data-turtle-brick="legend" style="padding:0.2em 1em;font-size:0.8em">'
-            f'{" ".join(entries)}</div>')
 
 
 def _html(name: str, text: str, is_alarm: bool = False) -> str:

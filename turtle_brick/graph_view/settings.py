@@ -1,0 +1,55 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Read those settings of an rviz2 configuration file that the page supports."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+
+class Settings(NamedTuple):
+    """Settings of the page. The default values are used without a configuration file."""
+
+    fixed_frame: str = ''  # If empty, world, or the root link of a robot outside of world.
+    shows_frames: bool = False  # Whether the axes of the frames are visible at first.
+    hidden_frames: frozenset[str] = frozenset()
+    description_topic: str = 'robot_description'
+    description: str = ''  # Robot description from a file, or empty.
+
+
+def read_settings(path: str) -> Settings:
+    """Read an rviz2 configuration file, or raise ValueError if the file is invalid."""
+    found: dict[str, Any] = {}
+    try:
+        manager = yaml.safe_load(Path(path).read_text(encoding='utf-8'))['Visualization Manager']
+        found['fixed_frame'] = manager['Global Options']['Fixed Frame']
+        for display in manager.get('Displays', ()):
+            kind = display['Class'].rpartition('/')[2]
+            if kind == 'TF' and display.get('Enabled', True):
+                found['shows_frames'] = True
+                found['hidden_frames'] = frozenset(
+                    name for name, frame in display.get('Frames', {}).items()
+                    if name != 'All Enabled' and not frame['Value'])
+            elif kind == 'RobotModel' and display.get('Description Source') == 'File':
+                path = display['Description File']
+                found['description'] = Path(path).read_text(encoding='utf-8')
+            elif kind == 'RobotModel':
+                found['description_topic'] = display['Description Topic']['Value']
+    except OSError as error:
+        raise ValueError(f'{path}: {error.strerror}') from None
+    except (AttributeError, LookupError, TypeError, UnicodeDecodeError, yaml.YAMLError):
+        raise ValueError(f'{path} is not an rviz2 configuration file') from None
+    return Settings(**found)
