@@ -23,8 +23,6 @@
 #
 #   PYTHON=...   Python interpreter for the PyPI environment, 3.10 to 3.13 (default: the first
 #                suitable program among python3, python3.13, python3.12, python3.11 and python3.10)
-#   TURTLE_BRICK_VIEW=...   viewer started by the launch files: rviz, web or none (default: rviz
-#                if rviz2 is installed, otherwise web)
 #   FASTRTPS_DEFAULT_PROFILES_FILE=...   discovery settings for the PyPI environment
 #                (default: fastdds.xml)
 
@@ -107,18 +105,6 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   local status=0
   python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" </dev/null || status=1
   xacro "${scripts%/*}/urdf/turtle.urdf.xacro" </dev/null >/dev/null || status=1
-
-  # Choose the viewer for the launch files.
-  if [[ -z ${TURTLE_BRICK_VIEW-} ]]; then
-    local -a prefixes
-    IFS=: read -ra prefixes <<<"${AMENT_PREFIX_PATH-}"
-    export TURTLE_BRICK_VIEW=web
-    for candidate in "${prefixes[@]}"; do
-      if [[ -e $candidate/share/ament_index/resource_index/packages/rviz2 ]]; then
-        TURTLE_BRICK_VIEW=rviz
-      fi
-    done
-  fi
 
   if [[ $- == *i* ]]; then
     local source=''

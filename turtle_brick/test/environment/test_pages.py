@@ -122,8 +122,10 @@ def run(command, domain, directory='/'):
 
 
 def started(command, domain, directory):
+    if command.startswith('ros2 launch'):
+        command += ' view:=none'
     return NodeProcess(['bash', '-c', f'cd {shlex.quote(str(directory))} && exec {command}'],
-                       domain, {'TURTLE_BRICK_VIEW': 'none'})
+                       domain)
 
 
 def interrupt(process):

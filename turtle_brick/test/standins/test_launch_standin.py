@@ -66,7 +66,6 @@ def environment(files, runs, monkeypatch):
     monkeypatch.setenv('AMENT_PREFIX_PATH', os.pathsep.join(
         [str(files / 'probe'), os.environ['AMENT_PREFIX_PATH'], str(files / 'others')]))
     monkeypatch.setenv('COLUMNS', '100')
-    monkeypatch.delenv('TURTLE_BRICK_VIEW', raising=False)
     monkeypatch.delenv('QT_QPA_PLATFORM', raising=False)
     before = dict(os.environ)
     yield
@@ -132,12 +131,10 @@ def process_record(command, options, temporary, files, inherited):
             argv[index] = f'$TMP{len(temporary)}'
     argv = [re.sub(r'^.*(?=/lib/(turtle|joint|robot|rviz))', '$PREFIX', normal(part, files))
             for part in argv]
-    for new in ('__ns:=/', '/tf:=tf', '/tf_static:=tf_static'):  # These are not recorded.
-        if new in argv:
-            del argv[argv.index(new) - 1:argv.index(new) + 1]
     env = options['env']
     exact = not env.keys() >= {'HOME', 'PATH'}
-    return {'argv': argv, 'cwd': options['cwd'], 'files': written,
+    cwd = options['cwd'] and normal(options['cwd'], files)
+    return {'argv': argv, 'cwd': cwd, 'files': written,
             'environment': env if exact else
             {name: value for name, value in env.items() if inherited.get(name) != value}}
 

@@ -20,13 +20,18 @@ import signal
 import socket
 import urllib.request
 
-from geometry_msgs.msg import PoseStamped
+from conftest import is_standin
+from geometry_msgs.msg import PoseStamped, Vector3
 from graph_view import viewer
-from live_graph import graph, process, TIMEOUT
+from graph_view.settings import Settings
+from live_graph import graph, LATCHED, process, TIMEOUT
 import pytest
+from std_msgs.msg import Float32
+from std_srvs.srv import Empty
 from turtle_brick.physics import Phase
 from turtle_brick.tools.graph import executable
 from turtle_brick_interfaces.msg import Tilt
+from visualization_msgs.msg import Marker, MarkerArray
 
 # If the whole module were skipped, launch_testing's plugin would also skip other modules.
 if viewer.find_spec('viser') is not None:
@@ -65,19 +70,28 @@ def test_invalid_address_is_named_in_the_error():
 
 
 @needs_viser
-def test_viewer_serves_only_this_machine_on_the_next_free_port(domain_id):
+@pytest.mark.parametrize('package, name', [
+    ('turtle_brick', 'viewer'), pytest.param('rviz2', 'rviz2', marks=pytest.mark.skipif(
+        not is_standin('rviz2'), reason='the installed rviz2 is the real one'))])
+def test_page_is_served_only_to_this_machine_on_the_next_free_port(
+        domain_id, monkeypatch, package, name):
+    for variable in ('DISPLAY', 'WAYLAND_DISPLAY'):  # Do not open a browser.
+        monkeypatch.delenv(variable, raising=False)
     with socket.create_server(('127.0.0.1', 0)) as taken:
         port = taken.getsockname()[1]
-        command = [executable('turtle_brick', 'viewer'), '--ros-args', '-p', f'port:={port}']
+        command = [executable(package, name), '-d', 'nowhere.rviz', '--fullscreen',
+                   '--ros-args', '-p', f'port:={port}']
         with process(command, domain_id, stop=signal.SIGTERM) as running:
             url, served = running.wait_for_output(
-                r'viewer: (http://127\.0\.0\.1:(\d+))\n', TIMEOUT).groups()
+                name + r': (http://127\.0\.0\.1:(\d+))\n', TIMEOUT).groups()
             with urllib.request.urlopen(url, timeout=TIMEOUT) as page:
                 assert page.status == 200 and b'<html' in page.read()
             with pytest.raises(ConnectionRefusedError):
                 socket.create_connection(('127.0.0.2', int(served)), TIMEOUT)
     assert int(served) > port
-    assert running.output == f'viewer: {url}\n'
+    assert running.output.splitlines() == [
+        f'{name}: nowhere.rviz: No such file or directory. The page uses default settings.',
+        f'{name}: {url}']
 
 
 @needs_viser
@@ -109,3 +123,28 @@ def test_commands_on_the_page_are_executed_and_their_responses_shown(domain_id, 
         assert goals.last.pose.orientation.w == 1.0 and tilts.last.angle == 0.25
         assert 1_000_000_000 // 30 in [timer.timer_period_ns for timer in live.viewer.timers]
     assert [line for line in capfd.readouterr().err.splitlines() if 'viewer: ' not in line] == []
+
+
+@needs_viser
+def test_markers_and_commands_of_other_types_work(domain_id):
+    """In the workspace of a student, the names of the topics and the types can be different."""
+    marker = Marker(type=Marker.CUBE, scale=Vector3(x=1.0, y=2.0, z=3.0))
+    marker.header.frame_id = 'map'
+    with graph(domain_id, quiet=True) as live:
+        live.viewer = live.add(viewer.Viewer, '-p', 'port:=0', parameters=False,
+                               settings=Settings('map'))
+        latched = live.listener.create_publisher(MarkerArray, 'my/boxes', LATCHED)
+        latched.publish(MarkerArray(markers=[marker]))
+        live.listener.create_service(Empty, 'drop', lambda request, response: response)
+        tilts = live.record('tilt', Float32)
+        scene = live.viewer.server.viser.scene
+        live.wait_for(lambda: scene.get_handle_by_name('/objects/0/0'), TIMEOUT, 'the marker')
+        assert scene.get_handle_by_name('/objects/0/0').scale == (1.0, 2.0, 3.0)
+        live.wait_for(lambda: any(client.service_is_ready() for client in live.viewer.clients)
+                      and live.viewer.count_publishers('tilt'), TIMEOUT, 'discovery')
+        assert response_to(live, 'drop') == 'drop: done'
+        assert response_to(live, 'place', (1.0, 2.0, 3.0)) == (
+            'place: the /place service is not available')
+        live.viewer.schedule('tilt', 0.25)
+        live.wait_for(lambda: tilts.messages and live.viewer.panel.tilt.value == 0.25, TIMEOUT,
+                      'the tilt')
