@@ -66,7 +66,7 @@ TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 """Topics whose latest text is shown on the page."""
 
 HINTS = {
-    'floating': 'The assignment requires that the brick floats after it has left the platform.',
+    'floating': 'The assignment requires that a brick that has left the platform floats.',
     'grounded': 'The assignment requires that the brick is always inclined like the platform.'}
 """Explanation of each brick state that looks like a fault."""
 

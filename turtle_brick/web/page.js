@@ -5,7 +5,6 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { loadPyodide } from 'pyodide';
 import URDFLoader from 'urdf-loader';
 
-const $ = id => document.getElementById(id);
 const form = $('form');
 
 async function loadPython() {
@@ -13,7 +12,8 @@ async function loadPython() {
   const write = chunk => { $('progress').value += chunk.length; };
   // This code checks the files, which Pyodide then loads from the browser's cache.
   await Promise.all(files.filter(([url]) => url.includes('pyodide')).map(async ([url, integrity]) => {
-    const response = await fetch(url, { integrity }).catch(() => { throw new Error(`${url} cannot be loaded`); });
+    const response = await fetch(url, { integrity }).catch(() => null);
+    if (!response?.ok) throw new Error(missing(url));
     await response.body.pipeTo(new WritableStream({ write }));
   }));
   const python = await loadPyodide();
@@ -63,11 +63,22 @@ async function start() {
   renderer.localClippingEnabled = true;
   renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
   renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-  const camera = new THREE.PerspectiveCamera(45, 1, 0.1, 200);
-  const middle = constants.size / 2, away = Math.max(1, 1.15 * view.clientHeight / view.clientWidth);
-  camera.position.set(middle + 3 * away, middle - 16 * away, 3 + 7 * away);
+  const camera = new THREE.PerspectiveCamera(45, view.clientWidth / view.clientHeight, 0.1, 200);
+  const middle = constants.size / 2, ends = [0, constants.size];
+  const corners = ends.flatMap(x => ends.flatMap(y => [0, constants.height].map(
+    z => new THREE.Vector3(x, y, z))));
+  const isVisible = corner => {
+    const { x, y } = corner.clone().project(camera);
+    return Math.abs(x) < 0.97 && Math.abs(y) < 0.97;
+  };
   const orbit = new OrbitControls(camera, view);
   orbit.target.set(middle, middle, 3);
+  // Move the camera away until the highest brick is visible in each corner of the arena.
+  for (let away = 1; away < 9 && !corners.every(isVisible); away += 0.02) {
+    camera.position.set(3, -16, 7).multiplyScalar(away).add(orbit.target);
+    orbit.update();
+    camera.updateMatrixWorld();
+  }
   orbit.listenToKeyEvents(view);
   new ResizeObserver(() => {
     camera.aspect = view.clientWidth / view.clientHeight;
@@ -79,17 +90,14 @@ async function start() {
   $('sliders').innerHTML = constants.sliders.map(([name, label, lower, upper, value]) => `<label>${label}<br>
     <input type="range" name="${name}" min="${lower}" max="${upper}" step="any" value="${value}">
     <output></output></label>`).join('');
-  for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
-    const field = form.elements[name];
-    if (field?.type === 'checkbox') field.checked = true;
-    else if (field) field.value = value;
-  }
   const call = (...input) => { $('error').textContent = arena.call(...input); };
   let urdf, robot;
-  const update = () => {
-    call('update', JSON.stringify(Object.fromEntries(new FormData(form))));
-    for (const output of form.querySelectorAll('output')) {
-      output.value = Number(output.previousElementSibling.value).toFixed(2);
+  const update = address => {
+    call('update', JSON.stringify({ ...Object.fromEntries(new FormData(form)), ...address }));
+    const settings = JSON.parse(arena.settings());  // After a refusal, these are the previous values.
+    for (const slider of form.querySelectorAll('[type=range]')) {
+      slider.value = settings[slider.name];
+      slider.nextElementSibling.value = Number(slider.value).toFixed(2);
     }
     if (urdf === arena.urdf) return;
     urdf = arena.urdf;
@@ -97,7 +105,17 @@ async function start() {
     robot = new URDFLoader().parse(urdf);
     scene.add(robot);
   };
-  form.addEventListener('input', update);
+  const readAddress = () => {
+    const settings = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+    for (const [name, value] of Object.entries(settings)) {
+      const field = form.elements[name];
+      if (field?.type === 'checkbox') field.checked = true;
+      else if ([...field?.options ?? []].some(option => option.value === value)) field.value = value;
+    }
+    update(settings);
+  };
+  form.addEventListener('input', () => update());
+  addEventListener('hashchange', readAddress);
   form.addEventListener('submit', event => {
     event.preventDefault();
     call('drop');
@@ -142,6 +160,7 @@ async function start() {
     requestAnimationFrame(draw);
   };
   update();
+  readAddress();
   draw(last);
   setInterval(() => { $('plots').innerHTML = arena.plots(); }, 200);
   $('loading').hidden = true;

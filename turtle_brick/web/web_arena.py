@@ -15,7 +15,7 @@
 """Run the exercise in the web page, which loads this module with Pyodide."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 import json
 import math
 from pkgutil import get_data
@@ -27,7 +27,7 @@ from xml.etree.ElementTree import Element, fromstring, tostring
 
 from turtle_brick.core.catch_logic import State
 from turtle_brick.core.odometry import Odometer
-from turtle_brick.core.parameters import PARAMETER_RULES, Parameters
+from turtle_brick.core.parameters import PARAMETER_RULES, ParameterRule, Parameters
 from turtle_brick.core.reachability import guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TurtlePose
 from turtle_brick.physics import Phase
@@ -38,6 +38,11 @@ ADJUSTABLE = ('max_velocity', 'gravity_accel', 'platform_radius', 'tilt_angle')
 
 MAX_HEIGHT = 10.0
 """Maximum height (m) of the brick."""
+
+HINTS = {
+    Phase.FLOATING: 'The assignment requires that a brick that has left the platform floats.',
+    Phase.GROUNDED: 'The assignment requires that the brick is always inclined like the platform.'}
+"""Explanation of each phase of the brick that looks like a fault."""
 
 PLOT_TIME = 6.0
 """Duration (s) of the plots."""
@@ -58,6 +63,29 @@ class WebArena:
         self.form: dict[str, str] = {}
         self.placed = tuple(self.defaults['brick_start'])
         self.start(Parameters.from_mapping(self.defaults), (ARENA_CENTER, ARENA_CENTER, 0.0))
+        lowest, tilt = resting_height(self.parameters), PARAMETER_RULES['tilt_angle'].upper
+        self.rules = {
+            'x': ParameterRule('x of the brick', 'm', 0.0, ARENA_SIZE),
+            'y': ParameterRule('y of the brick', 'm', 0.0, ARENA_SIZE),
+            'z': ParameterRule('Height of the brick', 'm', lowest, MAX_HEIGHT),
+            'tilt': ParameterRule('Angle of the platform', 'rad', -tilt, tilt)}
+        for name in ADJUSTABLE:
+            rule = PARAMETER_RULES[name]
+            self.rules[name] = rule._replace(lower=self._valid_limit(name, rule.lower),
+                                             upper=self._valid_limit(name, rule.upper))
+
+    def _valid_limit(self, name: str, limit: float) -> float:
+        """Return the value of a parameter nearest to a limit with which the robot can be built."""
+        valid, invalid, tried = self.defaults[name], limit, limit
+        for _ in range(10):
+            try:
+                expand_xacro(self.xacro, {**asdict(self.parameters), name: tried})
+            except ValueError:
+                invalid = tried
+            else:
+                valid = tried
+            tried = (valid + invalid) / 2.0
+        return valid
 
     def start(self, parameters: Parameters, turtle: tuple[float, float, float]) -> None:
         """Start a simulation with the turtle at x, y (m) and theta (rad)."""
@@ -82,32 +110,33 @@ class WebArena:
 
     def constants(self) -> str:
         """Return the sliders (name, label, limits, value) and scene dimensions (m) as JSON."""
-        x, y, z = self.placed
-        lowest, tilt = resting_height(self.parameters), PARAMETER_RULES['tilt_angle'].upper
-        sliders = [('x', 'x of the brick (m)', 0.0, ARENA_SIZE, x),
-                   ('y', 'y of the brick (m)', 0.0, ARENA_SIZE, y),
-                   ('z', 'Height of the brick (m)', lowest, MAX_HEIGHT, z),
-                   ('tilt', 'Angle of the platform (rad)', -tilt, tilt, 0.0)]
-        for name in ADJUSTABLE:
-            rule = PARAMETER_RULES[name]
-            sliders.append((name, f'{rule.description} ({rule.unit})', rule.lower, rule.upper,
-                            self.defaults[name]))
-        brick, wall = self.parameters.brick_size, self.parameters.wall_height
-        return json.dumps({'sliders': sliders, 'size': ARENA_SIZE, 'brick': brick, 'wall': wall})
+        values = {**dict(zip('xyz', self.placed)), 'tilt': 0.0, **self.defaults}
+        sliders = [
+            (name, f'{rule.description} ({rule.unit})', rule.lower, rule.upper, values[name])
+            for name, rule in self.rules.items()]
+        return json.dumps({'sliders': sliders, 'size': ARENA_SIZE, 'height': MAX_HEIGHT,
+                           'brick': self.parameters.brick_size,
+                           'wall': self.parameters.wall_height})
 
     def update(self, form: str) -> None:
-        """Apply changes in the HTML form, whose values are given as JSON."""
-        before, self.form = self.form, json.loads(form)
-        changed = {name for name, value in self.form.items() if value != before.get(name)}
+        """Apply changes in the HTML form, whose values are given as JSON. Apply all or none."""
+        new = json.loads(form)
+        values = {name: rule.convert(name, _number(new[name]))
+                  for name, rule in self.rules.items()}
+        changed = {name for name, value in new.items() if value != self.form.get(name)}
+        self.form = new
         if changed.intersection(ADJUSTABLE):
             # The robot and the brick stay in place.
-            values = {name: float(self.form[name]) for name in ADJUSTABLE}
-            self.start(Parameters.from_mapping({**self.defaults, **values}),
+            self.start(replace(self.parameters, **{name: values[name] for name in ADJUSTABLE}),
                        self.simulation.turtle.pose[:3])
         if changed & {'x', 'y', 'z'}:
-            self.place(*(float(self.form[name]) for name in 'xyz'))
+            self.place(*(values[name] for name in 'xyz'))
         if 'tilt' in changed:
-            self.simulation.tilt(float(self.form['tilt']))
+            self.simulation.tilt(values['tilt'])
+
+    def settings(self) -> str:
+        """Return the values of the HTML form that were applied last, as JSON."""
+        return json.dumps(self.form)
 
     def place(self, x: float, y: float, z: float) -> None:
         """Place the brick at a point (m) in the world frame."""
@@ -142,6 +171,7 @@ class WebArena:
             'brick': world.brick, 'orientation': world.orientation,
             'guaranteed': max(guaranteed_distance(self.placed[2], self.parameters), 0.0),
             'texts': {'drops': counts, 'brick_state': world.phase.value,
+                      'hint': HINTS.get(world.phase, ''),
                       'catcher_state': simulation.catcher.state.value,
                       'catcher_decision': decision.summary if decision else 'none yet',
                       'unreachable': warning}})
@@ -187,6 +217,14 @@ class WebArena:
             x, y = self.random.uniform(0.0, ARENA_SIZE), self.random.uniform(0.0, ARENA_SIZE)
             self.place(x, y, self.random.uniform(low, MAX_HEIGHT))
             self.drop(0.7)
+
+
+def _number(text: str) -> float | str:
+    """Return a number in a string, or the string itself."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:

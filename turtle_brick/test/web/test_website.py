@@ -31,6 +31,7 @@ import xacro
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[2]
+BUILD = [sys.executable, '-I', PACKAGE / 'scripts/website']
 ISOLATED = [sys.executable, '-I', '-S']  # Do not import from site-packages.
 CATCH = """
 import json, sys
@@ -53,9 +54,9 @@ str(decisions)
 """
 
 
-def test_the_site_is_built_and_catches_a_brick_without_any_packages(tmp_path):
+def test_the_modules_of_the_site_catch_a_brick_without_any_packages(tmp_path):
     """The website uses the parameters from turtle.yaml and the URDF from xacro."""
-    subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', tmp_path], check=True)
+    subprocess.run([*BUILD, tmp_path], check=True)
     output = subprocess.run([*ISOLATED, '-c', CATCH, tmp_path / 'turtle_brick.zip'], check=True,
                             capture_output=True).stdout
     texts, defaults, urdf = json.loads(output)
@@ -76,8 +77,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
                '--fetch-timeout=20000', *libraries]
     if subprocess.run(install, capture_output=True, timeout=TIMEOUT).returncode != 0:
         pytest.skip(f'npm cannot download {" and ".join(libraries)}')
-    subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', '--local', folder / 'node_modules',
-                    folder / 'site'], check=True)
+    subprocess.run([*BUILD, '--local', folder / 'node_modules', folder / 'site'], check=True)
     serve = [sys.executable, '-u', '-m', 'http.server', '0', '--bind', '127.0.0.1', '--directory']
     with Process([*serve, str(folder / 'site')]) as server, Chromium(400, 800) as chromium:
         port = server.wait_for_output(r'port (\d+)', TIMEOUT)[1]
@@ -110,12 +110,16 @@ def test_an_unreachable_brick_is_refused_with_the_reason(page):
     assert 'too early' in page.evaluate('catcher_decision.innerText')
 
 
-def test_an_impossible_parameter_is_refused_in_the_words_of_the_nodes(page):
-    fill_in(page, 'platform_radius', 8.0)
+def test_an_invalid_address_is_refused_and_the_sliders_have_only_valid_values(page):
+    page.evaluate('location.hash = "max_velocity=-5&gravity_accel=abc"')
+    page.wait_for('error.innerText')
     assert page.evaluate('error.innerText') == (
-        'platform_radius is 8 m, but with wheel_radius 0.2 m it must be from 0.0666667 to 4 m.')
-    fill_in(page, 'platform_radius', 0.5)
+        'max_velocity is -5.0, but must be a number from 0.01 to 10 m/s')
+    assert page.evaluate('form.max_velocity.value') == '3'
+    fill_in(page, 'platform_radius', 8.0)
     assert page.evaluate('error.innerText') == ''
+    assert page.evaluate('arena.parameters.platform_radius') == pytest.approx(0.945, abs=0.01)
+    fill_in(page, 'platform_radius', 0.5)
 
 
 def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):
