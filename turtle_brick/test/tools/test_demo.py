@@ -22,6 +22,8 @@ from types import SimpleNamespace
 from graph_client.domains import DomainError, RANGE_VARIABLES
 from live_graph import graph, process
 import pytest
+import rclpy
+from rclpy.context import Context
 from turtle_brick.tools import demo
 from turtle_brick.tools.graph import executable
 from turtlesim.msg import Pose
@@ -42,6 +44,16 @@ def test_invalid_input_gives_one_sentence(domain, args, words, monkeypatch, caps
     assert demo.main(args.split()) == 1
     sentence, = capsys.readouterr().err.splitlines()
     assert sentence.startswith(f'demo: {words}') and len(sentence) < 160
+
+
+def test_parameter_file_that_rcl_refuses_gives_one_sentence(tmp_path, monkeypatch, capsys):
+    (tmp_path / 'bad.yaml').write_text('/**: {ros__parameters: {colors: [1, red]}}')
+    arguments = ['--ros-args', '--params-file', str(tmp_path / 'bad.yaml')]
+    monkeypatch.setattr(demo, 'Graph', lambda **_: rclpy.init(args=arguments, context=Context()))
+    monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
+    assert demo.main([]) == 1
+    sentence, = capsys.readouterr().err.splitlines()
+    assert 'bad.yaml' in sentence and sentence.endswith('at line_num 1')
 
 
 def test_random_and_given_positions_exclude_each_other(capsys):

@@ -251,7 +251,10 @@ def main(args: Sequence[str] | None = None) -> int:
         print('benchmark: interrupted; no file was written', file=sys.stderr)
         return 0
     except (DomainError, OSError, psutil.Error, TimeoutError, ValueError) as error:
-        print(f'benchmark: {error}', file=sys.stderr)
+        load, cores = os.getloadavg()[0], os.cpu_count() or 1
+        cause = (f'. The load of this machine was {load:.1f} with {cores} processors in the last '
+                 'minute. Close other programs and try again.') if load > cores else ''
+        print(f'benchmark: {error}{cause}', file=sys.stderr)
         return 1
     return 0
 

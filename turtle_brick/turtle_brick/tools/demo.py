@@ -44,7 +44,7 @@ from graph_client.profiles import Profile
 from graph_client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 from rclpy.node import Node
 from turtle_brick.core.geometry import Vector
-from turtle_brick.core.parameters import load, ParameterError, Parameters
+from turtle_brick.core.parameters import load, Parameters
 from turtle_brick.core.reachability import guaranteed_distance, resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.physics import World
@@ -292,8 +292,9 @@ def main(args: Sequence[str] | None = None) -> int:
             return run_arenas(names, args) if len(names) > 1 else run(options, parameters)
     except KeyboardInterrupt:
         return 0
-    except (DomainError, PackageNotFoundError, ParameterError, TimeoutError, ValueError) as error:
-        print(f'demo: {error.args[0]}', file=sys.stderr)
+    except (PackageNotFoundError, RuntimeError, TimeoutError, ValueError) as error:
+        # rclpy raises a RuntimeError whose text ends with positions in the source code of rcl.
+        print(f'demo: {error.args[0].partition(", at /")[0]}', file=sys.stderr)
         return 1
 
 
