@@ -59,8 +59,7 @@ words = [os.path.abspath(word) if word.endswith('.rviz') else word for word in w
 report = [os.path.basename(sys.argv[0]), words, parameters, os.environ.get('QT_QPA_PLATFORM')]
 print('report:', json.dumps(report), file=sys.stderr)
 """
-"""Program that prints its name, its arguments with absolute paths to rviz files, its parameters
-and the Qt platform."""
+"""Program that prints its name, its absolute arguments, its parameters and the Qt platform."""
 
 TOPICS = {
     'robot_description': ('RobotModel', 'Transient Local'),

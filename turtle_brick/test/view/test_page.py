@@ -19,7 +19,7 @@ from unittest.mock import Mock
 from geometry_msgs.msg import PoseStamped
 from graph_view.page import Page
 from graph_view.replay import Replay, Snapshot
-from graph_view.settings import Settings
+from graph_view.settings import read_settings, Settings
 from graph_view.shapes import ORIGIN, SceneObject
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,6 +31,7 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.arena import brick_marker
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, Pose, rotate
+from turtle_brick.core.parameters import default_path
 from turtle_brick.core.time_steps import NS_PER_SECOND
 from turtle_brick.physics import Phase
 from turtle_brick.ros.tf import transform_message
@@ -47,6 +48,14 @@ ROBOT = """
   </link>
   <joint name="j" type="continuous"><parent link="base_link"/><child link="platform"/></joint>
 </robot>
+"""
+
+CONFIG = """
+Visualization Manager:
+  Displays:
+  - {Class: rviz_default_plugins/TF}
+  - {Class: rviz_default_plugins/RobotModel, Description Source: File, Description File: %s}
+  Global Options: {Fixed Frame: map}
 """
 
 WAITING = 'Waiting for a brick to fall'
@@ -341,3 +350,21 @@ def test_every_link_is_drawn_at_its_transform(position, yaw, pitch):
         (cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), -sin(pitch)), abs=1e-9)
     assert bench.last_argument(bench.scene.keep_in_view) == [
         *(pose.position for pose in poses.values()), (7.0, 8.0, 9.0), (7.0, 8.0, 0.0)]
+
+
+def test_settings_are_read_from_the_configuration_files():
+    directory = default_path().parent
+    assert read_settings(str(directory / 'turtle_arena.rviz')) == Settings('world')
+    run_turtle = read_settings(str(directory / 'run_turtle.rviz'))
+    assert run_turtle.shows_frames and 'spokes' in run_turtle.hidden_frames
+    assert 'odom' not in run_turtle.hidden_frames
+
+
+def test_robot_description_is_read_from_a_file_and_unreadable_files_are_named(tmp_path):
+    robot, path = tmp_path / 'robot.urdf', tmp_path / 'a.rviz'
+    for content, named in (('[', f'{path} is not an'), (CONFIG % robot, f'{robot}: No such file')):
+        path.write_text(content)
+        with pytest.raises(ValueError, match=named):
+            read_settings(str(path))
+    robot.write_text('<robot/>')
+    assert read_settings(str(path)) == Settings('map', shows_frames=True, description='<robot/>')
