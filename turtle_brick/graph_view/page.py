@@ -128,9 +128,10 @@ class Page:
         store = self._buffer.set_transform_static if is_static else self._buffer.set_transform
         for transform in message.transforms:
             child, position = transform.child_frame_id.lstrip('/'), transform.transform.translation
-            if child == WORLD or not is_drawable(position.x, position.y, position.z) or not (
+            is_root = child == WORLD == (self._settings.fixed_frame or WORLD)
+            if is_root or not is_drawable(position.x, position.y, position.z) or not (
                     0 <= nanoseconds_of(transform.header.stamp) <= time_ns() + NS_PER_SECOND):
-                self._warn_once(f'The transform of {child} is ignored because it is invalid')
+                self._warn_once('The page ignores transforms with a wrong position, time or child')
                 continue
             store(transform, 'viewer')
             if child == BRICK:
