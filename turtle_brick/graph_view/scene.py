@@ -40,8 +40,7 @@ POSITION_TOLERANCE = 1e-3
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'stem': 'top-left', 'wheel': 'top-right',
     'platform': 'bottom-right', 'brick': 'top-left'}
-"""Label corner placed at the origin of a frame (by default the lower left one). Different corners
-prevent overlaps."""
+"""Label corner at the origin of a frame (default: bottom-left). The corners prevent overlaps."""
 
 
 class BrowserCamera:

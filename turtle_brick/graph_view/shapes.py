@@ -106,6 +106,8 @@ class Markers:
 
     def update(self, topic: str, message: Marker, now: int) -> None:
         """Add, change or remove a marker, or raise ValueError if the marker cannot be drawn."""
+        if message.action == Marker.DELETEALL:
+            self._shown = {key: shown for key, shown in self._shown.items() if key[0] != topic}
         key = (topic, message.ns, message.id)
         self._shown.pop(key, None)
         if message.action == Marker.ADD:

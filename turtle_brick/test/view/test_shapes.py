@@ -108,6 +108,8 @@ def test_marker_is_shown_until_it_is_deleted_or_expires():
     update('b', 1, 4, action=Marker.DELETE)
     assert shown(4 * NS_PER_SECOND) == {'a//0'}
     assert markers.objects(0, lambda frame: None) == {}, 'the frame is unknown'
+    update('a', 9, 4, action=Marker.DELETEALL)
+    assert shown(4 * NS_PER_SECOND) == set()
 
 
 def test_leading_slash_of_a_frame_is_ignored():
