@@ -16,6 +16,7 @@
 from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
 import contextlib
+import ctypes
 import os
 from pathlib import Path
 import re
@@ -26,9 +27,10 @@ from ament_index_python.packages import get_package_share_directory
 from graph_client.domains import reserved_domain
 from live_graph import add_nodes
 import pytest
+import rclpy
 from rclpy.action import ActionServer
-from recorded import (Command, POLL_TIME, records, restored_signal_handlers, run_here, with_paths,
-                      write_files)
+from recorded import (Command, FORKS, POLL_TIME, records, restored_signal_handlers, run_here,
+                      with_paths, write_files)
 from ros2cli import cli, messages, topic_statistics
 import ros2cli.graph as cli_graph
 from ros2cli.graph import GraphNode, is_complete
@@ -149,7 +151,8 @@ def open_graph_here(arena):
     """Join the arena's domain and yield a replacement for open_graph() that skips discovery."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
-        with cli_graph.open_graph():  # This call waits for discovery.
+        with cli_graph.open_graph() as graph:  # This call waits for discovery.
+            cli_graph.joined.clear()  # No command shall end this process.
 
             @contextlib.contextmanager
             def open_graph(found=None, name=None):
@@ -161,7 +164,8 @@ def open_graph_here(arena):
                         node.destroy_node()
 
             yield open_graph
-        signal.alarm(0)
+        graph.destroy_node()
+        rclpy.try_shutdown()
 
 
 def test_graph_is_complete_when_all_nodes_and_services_are_announced():
@@ -375,6 +379,19 @@ def test_service_info_counts_clients_and_servers(open_graph_here, monkeypatch):
     monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
     done = run_here(['ros2', 'service', 'info', '/drop'], monkeypatch)
     assert done.text == 'Type: std_srvs/srv/Trigger\nClients count: 0\nServices count: 1\n'
+
+
+def block():
+    """Keep the lock of the Python interpreter, as Fast DDS sometimes does."""
+    cli_graph.exit_after(0.1, 3)
+    ctypes.PyDLL(None).pause()
+
+
+def test_blocked_command_ends_with_the_status_of_its_work():
+    process = FORKS.Process(target=block)
+    process.start()
+    process.join()
+    assert process.exitcode == 3
 
 
 @pytest.mark.parametrize('argument, before, answers', [

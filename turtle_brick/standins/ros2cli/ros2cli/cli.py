@@ -133,8 +133,15 @@ def complete(verbs, action, parsed_args, **_):
             given = defaultdict(str, vars(parsed_args))
             args = parse(verbs[action.dest].format_map(given).split())
             args.function(args)
+            leave_graph(0)
     text = output.getvalue().strip()
     return [text] if text.startswith('"') else [line.split()[-1] for line in text.splitlines()]
+
+
+def leave_graph(status):
+    """Leave the graph if a command has joined it."""
+    if 'ros2cli.graph' in sys.modules:
+        sys.modules['ros2cli.graph'].leave(status)
 
 
 def interrupt(number, _):
@@ -164,4 +171,8 @@ def main():
         # Print only the last lines of the traceback that the real command prints.
         status = ''.join(traceback.format_exception_only(type(error), error)).rstrip()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if isinstance(status, str):
+        print(status, file=sys.stderr)
+        status = 1
+    leave_graph(status or 0)
     sys.exit(status)

@@ -14,12 +14,13 @@
 """The verbs that list and describe the graph, and the node that verbs use to join the graph."""
 
 import contextlib
+import ctypes
 from functools import partial, reduce
 import os
 import re
 import signal
 import sys
-from time import monotonic
+from time import CLOCK_MONOTONIC, monotonic
 
 from rcl_interfaces import srv
 from rcl_interfaces.msg import Parameter
@@ -49,13 +50,16 @@ COMMON_TOPICS = ('/rosout', '/parameter_events')
 SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service and for the service response."""
 
-END_TIMEOUT = 10
-"""Shutdown timeout (s), required because Fast DDS blocked 1 in 700 shutdowns."""
+LEAVE_TIMEOUT = 10
+"""Timeout (s) for leaving the graph, required because Fast DDS blocked 1 in 700 times."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
 """Names of the constants in rcl_interfaces/msg/ParameterType."""
 
+
+joined: list['GraphNode'] = []
+"""The node of this command, which leave() destroys after the command has done its work."""
 
 _signals: list[int] = []
 """Received signals, recorded because rclpy may lose an exception raised in a signal handler."""
@@ -153,16 +157,30 @@ def has_all_services(graph, name, namespace):
 
 @contextlib.contextmanager
 def open_graph(found=None, name=None, ros_args=()):
-    """Yield a node that has discovered the graph. Shut down rclpy when the context exits."""
+    """Yield a node that has discovered the graph. This node exists until leave() is called."""
     rclpy.init(args=['--ros-args', *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    graph = GraphNode(name)
-    try:
-        graph.discover(found)
-        yield graph
-    finally:
-        signal.alarm(END_TIMEOUT)
-        graph.destroy_node()
+    joined.append(GraphNode(name))
+    joined[-1].discover(found)
+    yield joined[-1]
+
+
+def leave(status):
+    """Leave the graph. End this process with the given status if Fast DDS blocks."""
+    while joined:
+        exit_after(LEAVE_TIMEOUT, status)
+        joined.pop().destroy_node()
         rclpy.try_shutdown()
+
+
+def exit_after(seconds, status):
+    """End this process after a timeout (s), even if C++ code blocks all Python threads."""
+    libc, timer = ctypes.CDLL('librt.so.1'), ctypes.c_void_p()  # librt also loads libc
+    # struct sigevent: call _exit(status) in a new thread (SIGEV_THREAD = 2)
+    event = (ctypes.c_int64 * 8)(status, 2 << 32, ctypes.cast(
+        libc._exit, ctypes.c_void_p).value)
+    libc.timer_create(CLOCK_MONOTONIC, event, ctypes.byref(timer))
+    time = divmod(int(seconds * 1e9), 10 ** 9)
+    libc.timer_settime(timer, 0, (ctypes.c_int64 * 4)(0, 0, *time), None)
 
 
 def visible(names_and_types, hidden):
