@@ -375,10 +375,17 @@ def test_interfaces_are_listed(name, monkeypatch):
     assert found == (sorted(recorded) if name == 'interface_package' else recorded)
 
 
-def test_service_info_counts_clients_and_servers(open_graph_here, monkeypatch):
+@pytest.mark.parametrize('words, text', [
+    ('service info /drop', 'Type: std_srvs/srv/Trigger\nClients count: 0\nServices count: 1\n'),
+    ('action list -t', '/turtle1/rotate_absolute [turtlesim/action/RotateAbsolute]\n'),
+    ('daemon status', 'The daemon is not running\n'),
+    ('param list --param-type --filter gravity /arena', '  gravity_accel (type: double)\n'),
+    ('param load /turtlesim blue.yaml', 'Set parameter background_b successful\n')])
+def test_verb_without_recording(words, text, open_graph_here, tmp_path, monkeypatch):
     monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
-    done = run_here(['ros2', 'service', 'info', '/drop'], monkeypatch)
-    assert done.text == 'Type: std_srvs/srv/Trigger\nClients count: 0\nServices count: 1\n'
+    monkeypatch.chdir(tmp_path)
+    Path('blue.yaml').write_text('/turtlesim: {ros__parameters: {background_b: 250}}')
+    assert run_here(['ros2', *words.split()], monkeypatch).text == text
 
 
 def block():

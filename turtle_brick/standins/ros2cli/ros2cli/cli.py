@@ -167,7 +167,7 @@ def main():
         status = 1
     except RuntimeError as error:
         status = str(error)
-    except (ValueError, re.error, yaml.YAMLError) as error:
+    except (OSError, ValueError, re.error, yaml.YAMLError) as error:
         # Print only the last lines of the traceback that the real command prints.
         status = ''.join(traceback.format_exception_only(type(error), error)).rstrip()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -16,6 +16,7 @@
 import contextlib
 import ctypes
 from functools import partial, reduce
+from itertools import zip_longest
 import os
 import re
 import signal
@@ -231,7 +232,8 @@ def node_info(args):
 def print_names(get_types, args):
     """Print the names of all topics or services, or only of those with a given type."""
     with open_graph() as graph:
-        found = {name: types for name, types in get_types(graph, args.hidden).items()
+        found = {name: types for name, types in get_types(
+            graph, getattr(args, 'hidden', False)).items()
                  if getattr(args, 'type', None) in (None, *types)}
     if args.count:
         return print(len(found))
@@ -239,6 +241,12 @@ def print_names(get_types, args):
         print(f'{name} [{", ".join(types)}]' if getattr(args, 'show_types', False) else name)
 
 
+def action_types(graph, hidden):
+    from rclpy.action import get_action_names_and_types  # This module is slow to import.
+    return dict(get_action_names_and_types(graph))
+
+
+action_list = partial(print_names, action_types)
 service_find = service_list = partial(print_names, GraphNode.service_types)
 topic_find = partial(print_names, GraphNode.topic_types)
 
@@ -341,10 +349,14 @@ def param_list(args):
             except RuntimeError as error:
                 print(error)
                 continue
+            names = sorted(filter(re.compile(args.filter).match, names))
             if names and not args.node_name:
                 print(f'{node}:')
-            for name in sorted(names):
-                print(f'  {name}')
+            kinds = [f' (type: {TYPES[each.type]})' for each in call_parameter_service(
+                graph, node, 'describe_parameters', names=names).descriptors
+                if args.param_type]
+            for name, kind in zip_longest(names, kinds, fillvalue=''):
+                print(f'  {name}{kind}')
 
 
 def param_get(args):
@@ -375,15 +387,29 @@ def param_dump(args):
     print(yaml.dump({f'/{args.node_name.lstrip("/")}': {'ros__parameters': tree}}))
 
 
+def set_parameters(args, parameters, succeeded, failed):
+    """Set parameters and print the results."""
+    with parameter_services(args) as call:
+        results = call('set_parameters', parameters=parameters).results
+    for parameter, result in zip(parameters, results):
+        text = (succeeded if result.successful else failed).format(parameter.name)
+        print(text, end=f': {result.reason}\n' if result.reason else '\n',
+              file=sys.stdout if result.successful else sys.stderr)
+
+
 def param_set(args):
     """Set a parameter."""
     value = ros_parameter.get_parameter_value(string_value=args.value)
-    with parameter_services(args) as call:
-        result, = call('set_parameters', parameters=[
-            Parameter(name=args.parameter_name, value=value)]).results
-    print('Set parameter successful' if result.successful else 'Setting parameter failed',
-          end=f': {result.reason}\n' if result.reason else '\n',
-          file=sys.stdout if result.successful else sys.stderr)
+    set_parameters(args, [Parameter(name=args.parameter_name, value=value)],
+                   'Set parameter successful', 'Setting parameter failed')
+
+
+def param_load(args):
+    """Set the parameters in a parameter file."""
+    parameters = ros_parameter.parameter_dict_from_yaml_file(
+        args.parameter_file, not args.no_use_wildcard)
+    set_parameters(args, list(parameters.values()), 'Set parameter {} successful',
+                   'Set parameter {} failed')
 
 
 def param_describe(args):

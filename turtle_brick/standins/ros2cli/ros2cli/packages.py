@@ -81,6 +81,14 @@ def interface_names(package, kind):
             if name.startswith(f'{kind}/') and '_' not in name]
 
 
+def daemon_status(args):
+    """Print that no daemon is running, because each command discovers the graph itself."""
+    print('The daemon is not running')
+
+
+daemon_stop = daemon_status
+
+
 def interface_list(args):
     """Print the names of all interface types."""
     for heading, kind in requested_kinds(args).items():
@@ -173,7 +181,9 @@ def launch(args):
         return show_arguments(path)
     if args.show_all_subprocesses_output:
         os.environ['OVERRIDE_LAUNCH_PROCESS_OUTPUT'] = 'both'
-    values = {}
+    values = {name: value for name, value in (
+        ('launch-prefix', args.launch_prefix),
+        ('launch-prefix-filter', args.launch_prefix_filter)) if value}
     for text in arguments:
         name, _, value = text.partition(':=')
         values[name] = value
