@@ -239,9 +239,14 @@ def test_missing_name_is_explained(package, name):
 
 @pytest.mark.parametrize('module, name', [
     ('launch.launch_description_sources', 'PythonLaunchDescriptionSource'),
-    ('launch_ros.actions', 'Node'), ('launch_testing.actions', 'ReadyToTest')])
-def test_module_is_an_attribute_of_its_package(module, name):
+    ('launch_ros.actions.node', 'Node'), ('launch_testing.actions.ready', 'ReadyToTest'),
+    ('launch.actions.declare_launch_argument', 'DeclareLaunchArgument'),
+    ('launch_xml.launch_description_sources', 'XMLLaunchDescriptionSource')])
+def test_modules_of_the_real_packages_exist(module, name):
+    """A name can be imported from its module, with its package, or with all other names."""
     exec(f'import {module}; {module}.{name}', {})
+    exec(f'import {module.partition(".")[0]}; {module}.{name}', {})
+    exec(f'from {module} import *; {name}', {})
 
 
 def test_argument_of_test_description_is_an_error():

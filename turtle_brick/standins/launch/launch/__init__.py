@@ -20,20 +20,13 @@ from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_loader
 import os
 import signal
-import sys
 
-from launch import actions, substitutions
+from launch import actions
 from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
 from launch.substitutions import (get_logger, launch_config, log_file, missing_name, perform,
                                   Substitution)
 
 __all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
-for name in ('conditions', 'logging', 'utilities'):  # Submodules of the real package.
-    sys.modules[f'launch.{name}'] = globals()[name] = substitutions
-sys.modules['launch.event_handlers'] = event_handlers = actions
-sys.modules['launch.events'] = events = actions  # Shutdown is also used as an event.
-launch_description_sources = sys.modules[__name__]
-sys.modules['launch.launch_description_sources'] = launch_description_sources
 __getattr__ = missing_name('launch')
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 

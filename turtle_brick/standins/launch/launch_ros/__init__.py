@@ -16,7 +16,6 @@
 import os
 from pathlib import Path
 import shutil
-import sys
 from tempfile import NamedTemporaryFile
 
 from ament_index_python.packages import get_package_prefix, get_package_share_directory
@@ -26,9 +25,6 @@ from launch.substitutions import (get_logger, missing_name, perform, read_typed,
 import yaml
 
 __getattr__ = missing_name('launch_ros')
-for module in ('actions', 'descriptions', 'parameter_descriptions',
-               'substitutions'):  # The real package has these modules.
-    sys.modules[f'{__name__}.{module}'] = globals()[module] = sys.modules[__name__]
 
 
 def _find_executable(context, executable, package):

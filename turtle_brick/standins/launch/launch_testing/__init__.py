@@ -31,8 +31,6 @@ from launch.substitutions import missing_name
 import pytest
 
 __getattr__ = missing_name('launch_testing')
-for name in ('actions', 'asserts'):  # The real package has these modules.
-    sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
 START_TIME = 15.0
 ReadyToTest = action('ReadyToTest', lambda context: context.notify('ready'))
 

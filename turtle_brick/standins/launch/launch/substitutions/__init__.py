@@ -13,6 +13,7 @@
 # limitations under the License.
 """Stand-ins for logging, utilities, substitutions and conditions from the `launch` package."""
 
+from contextlib import suppress
 from datetime import datetime
 from functools import lru_cache
 import importlib
@@ -33,8 +34,10 @@ import yaml
 
 
 def missing_name(package):
-    """Return a module-level __getattr__ function that explains why a name is missing."""
+    """Return a module-level __getattr__ that imports submodules and explains missing names."""
     def __getattr__(name):
+        with suppress(ModuleNotFoundError):
+            return importlib.import_module(f'{package}.{name}')
         kind = ImportError if name[:1].isupper() else AttributeError
         raise kind(f'{name} is not in the stand-in for {package}: check its spelling, use another '
                    'feature, or install the real ROS 2 Jazzy')
