@@ -164,7 +164,7 @@ def test_started_processes_match_recording(record, files, environment, starts, m
 def without_other_parsers(text):
     """Remove errors from parsers that tried to read the launch file in a different format."""
     return re.sub(
-        r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.xml|'
+        r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.[xy]|'
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
 
 
@@ -176,6 +176,21 @@ def test_errors_match_recording(record, files, environment, monkeypatch):
     if 'searching: ' in expected:
         output, expected = (re.sub('searching: .*', '', text) for text in (output, expected))
     assert without_other_parsers(output) == without_other_parsers(expected)
+    assert done.status == record['returncode']
+
+
+@pytest.mark.parametrize('record', recorded('cases'))
+def test_case_matches_recording(record, files, environment, tmp_path, monkeypatch):
+    """A command in a directory with small launch files has the recorded output and status."""
+    for name, text in record['files'].items():
+        (tmp_path / name).write_text(text)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{files}/cases:{os.environ["AMENT_PREFIX_PATH"]}')
+    done = run_here(record['command'], monkeypatch)
+    output = normal(done.text.replace(str(tmp_path), '$DIR').replace(f'{files}/cases', '$PREFIX'),
+                    files, launch.substitutions.launch_config.log_dir)
+    assert by_source(without_other_parsers(output)) == by_source(
+        without_other_parsers(record['stdout']))
     assert done.status == record['returncode']
 
 
@@ -228,10 +243,11 @@ def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize('package, name', [
-    ('launch', 'LaunchIntrospector'), ('launch.actions', 'ResetEnvironment'),
-    ('launch.event_handlers', 'OnShutdown'), ('launch.substitutions', 'FileContent'),
-    ('launch_ros.actions', 'LifecycleNode'), ('launch_testing.asserts', 'EventuallyEqual'),
-    ('tf2_ros', 'TransformServer')])
+    ('launch', 'LaunchIntrospector'), ('launch.actions', 'ExecuteLocal'),
+    ('launch.events.process', 'ShutdownProcess'), ('launch_ros.substitutions', 'Parameter'),
+    ('launch_ros.actions.lifecycle_node', 'LifecycleNode'),
+    ('launch_testing.asserts', 'EventuallyEqual'),
+    ('launch_testing_ros.wait_for_topics', 'WaitForTopics'), ('tf2_ros', 'TransformServer')])
 def test_missing_name_is_explained(package, name):
     with pytest.raises(ImportError, match=f'^{name} is not in the stand-in for'):
         exec(f'from {package} import {name}', {})
@@ -247,6 +263,11 @@ def test_modules_of_the_real_packages_exist(module, name):
     exec(f'import {module}; {module}.{name}', {})
     exec(f'import {module.partition(".")[0]}; {module}.{name}', {})
     exec(f'from {module} import *; {name}', {})
+
+
+def test_unknown_argument_is_explained():
+    with pytest.raises(TypeError, match="'colour'. In the stand-in for launch, it has these arg"):
+        launch.actions.LogInfo(msg='', colour='red')
 
 
 def test_argument_of_test_description_is_an_error():

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in for launch 3.4.3: launch descriptions, launch files and the launch service."""
+"""The stand-in for launch 3.4.11: launch descriptions, launch files and the launch service."""
 
 import asyncio
 from contextlib import suppress
@@ -20,9 +20,11 @@ from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_loader
 import os
 import signal
+from types import SimpleNamespace
 
 from launch import actions
-from launch.actions import Action, DeclareLaunchArgument, SetLaunchConfiguration
+from launch.actions import (Action, DeclareLaunchArgument, OnExecutionComplete,
+                            SetLaunchConfiguration)
 from launch.substitutions import (get_logger, launch_config, log_file, missing_name, perform,
                                   Substitution)
 
@@ -34,7 +36,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 class LaunchDescription:
     """A list of entities, mostly actions, executed in order."""
 
-    condition = None
+    condition = task = None
 
     def __init__(self, initial_entities=()):
         self.entities = list(initial_entities)
@@ -87,18 +89,17 @@ def get_launch_description_from_python_launch_file(path):
 
 def get_launch_description_from_any_launch_file(path):
     suffix = os.path.splitext(path)[1][1:]
-    if suffix not in ('py', 'xml'):
-        raise InvalidLaunchFileError(
-            'The launch file may have a syntax error, or its format is unknown')
-    try:
-        if suffix == 'py':
-            return get_launch_description_from_python_launch_file(path)
-        (parser,) = entry_points(group='launch.frontend.parser', name=suffix)
-        return parser.load()(path)
-    except Exception as error:
-        raise InvalidLaunchFileError(
-            f'Caught multiple exceptions when trying to load file of format [{suffix}]:\n'
-            f' - {type(error).__name__}: {error}') from error
+    parsers = {each.name: each for each in entry_points(group='launch.frontend.parser')}
+    for name in [suffix] if suffix in parsers else parsers:
+        try:
+            return parsers[name].load()(path)
+        except Exception as error:
+            if name == suffix:
+                raise InvalidLaunchFileError(
+                    'Caught multiple exceptions when trying to load file of format '
+                    f'[{suffix}]:\n - {type(error).__name__}: {error}') from error
+    raise InvalidLaunchFileError(
+        'The launch file may have a syntax error, or its format is unknown')
 
 
 class LaunchDescriptionSource:
@@ -118,7 +119,8 @@ class LaunchDescriptionSource:
 
 # The file name suffix selects the parser.
 AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
-XMLLaunchDescriptionSource = FrontendLaunchDescriptionSource = LaunchDescriptionSource
+XMLLaunchDescriptionSource = YAMLLaunchDescriptionSource = LaunchDescriptionSource
+FrontendLaunchDescriptionSource = LaunchDescriptionSource
 
 
 class IncludeLaunchDescription(Action):
@@ -157,40 +159,69 @@ class LaunchContext:
         self.environment = os.environ
         self.initial_environment = dict(os.environ)
         self.launch_file = ''
+        self.saved_configurations, self.saved_environments = [], []
+        self.argv = argv
+        self.locals = SimpleNamespace(event=None)
         self.shutting_down = asyncio.Event()
         self.tasks = []
         self.processes = []
-        self.handlers = []  # latest OnProcessExit handler first
+        self.handlers = []  # latest event handler first
         self.process_count = 0
-        self.listeners = []
         self.signal = signal.SIGINT  # the first signal sent to end a process
         self.perform_substitution = lambda substitution: substitution.perform(self)
-        self.create_task = lambda coroutine: self.tasks.append(asyncio.ensure_future(coroutine))
 
     def set_environment(self, environment):
         """Replace the environment variables of this process."""
         self.environment.clear()
         self.environment.update(environment)
 
-    def notify(self, *event):
-        """Call all listeners with an event."""
-        for listener in self.listeners:
-            listener(*event)
+    @property
+    def is_shutdown(self):
+        return self.shutting_down.is_set()
+
+    def create_task(self, coroutine):
+        """Start a task. The launch runs until all tasks have ended."""
+        self.tasks.append(asyncio.ensure_future(coroutine))
+        return self.tasks[-1]
+
+    def emit(self, kind, **details):
+        """Execute the reactions of all handlers to an event."""
+        event = SimpleNamespace(**{'kind': kind, 'action': None, **details})
+        for handler in list(self.handlers):
+            if handler.matches(event):
+                if handler.handle_once:
+                    self.handlers.remove(handler)
+                outer, self.locals.event = self.locals.event, event
+                found = handler.handle(event, self)
+                for each in found if isinstance(found, (list, tuple)) else filter(None, [found]):
+                    self.visit(each)
+                self.locals.event = outer
 
     def visit(self, entity):
         """Execute an entity and the entities that it returns, unless its condition is false."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
+            if any(type(handler) is OnExecutionComplete for handler in self.handlers):
+                self.create_task(self.emit_after(entity.task, 'on_completion', action=entity))
+
+    async def emit_after(self, task, kind, **details):
+        """Wait until a task has ended, if there is one, and emit an event."""
+        if task:
+            await asyncio.wait([task])
+        self.emit(kind, **details)
 
     async def pause(self, seconds):
         """Wait until a given duration (s) has passed or the launch ends."""
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self.shutting_down.wait(), seconds)
 
-    def shutdown(self):
+    def shutdown(self, reason):
         """End the launch."""
-        self.shutting_down.set()
+        if not self.is_shutdown:
+            self.shutting_down.set()
+            self.create_task(self.emit_after(None, 'on_shutdown', reason=reason,
+                                             due_to_sigint=reason == 'ctrl-c (SIGINT)'))
         for process in self.processes:
             process.end(self.signal)
 
@@ -210,25 +241,30 @@ class LaunchService:
     def shutdown(self):
         """End the launch. This method is thread-safe."""
         with suppress(RuntimeError):  # The launch has ended.
-            self._loop.call_soon_threadsafe(self.context.shutdown)
+            self._loop.call_soon_threadsafe(
+                self.context.shutdown, 'LaunchService.shutdown() called')
 
     def run(self, *, shutdown_when_idle=True):
         """Run in the main thread until all processes have exited, and return the exit code."""
-        status = asyncio.run(self.run_async())
+        status = asyncio.run(self.run_async(shutdown_when_idle))
         number = self.context.signal
         if number != signal.SIGINT:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
         return status
 
-    async def run_async(self):
+    async def run_async(self, shutdown_when_idle=True):
         """Run the launch description until all processes have exited, and return the exit code."""
         context, self._loop = self.context, asyncio.get_running_loop()
+        self._loop.set_exception_handler(lambda _, details: self._fail(
+            details.get('exception') or details['message']))
         launch_config.level, launch_config.on_closed_stdout = self._level, self._on_closed_stdout
         signals = []
         handlers = {number: signal.signal(number, lambda number, frame: (
             signals.append(number),
             self._loop.call_soon_threadsafe(self._on_signal, number))) for number in SIGNALS}
+        if not shutdown_when_idle:
+            context.create_task(context.shutting_down.wait())
         log_file('launch.log')
         self._logger.info(f'All log files can be found below {launch_config.log_dir}')
         self._logger.info(f'Default logging verbosity is set to {self._level}')
@@ -239,7 +275,9 @@ class LaunchService:
             if not signals:  # A signal also ends the process of a Command substitution.
                 self._fail(error)
         await asyncio.sleep(0)  # handle pending signals
-        while context.tasks:
+        while context.tasks or not context.is_shutdown:
+            if not context.tasks:
+                context.shutdown('idle')
             done, _ = await asyncio.wait(context.tasks, return_when=asyncio.FIRST_COMPLETED)
             context.tasks = [task for task in context.tasks if task not in done]
             for error in filter(None, [task.exception() for task in done]):
@@ -251,17 +289,17 @@ class LaunchService:
     def _fail(self, error):
         self._logger.error(f'Caught exception in launch (see debug for traceback): {error}')
         self._status = 1
-        self.context.shutdown()
+        self.context.shutdown(str(error))
 
     def _on_signal(self, number):
         if number == signal.SIGINT:
-            again = ' again, ignoring...' if self.context.shutting_down.is_set() else ''
+            again = ' again, ignoring...' if self.context.is_shutdown else ''
             self._logger.warning(f'user interrupted with ctrl-c (SIGINT){again}')
             if again:
                 return
         self.context.signal = number
-        self.context.shutdown()
+        self.context.shutdown(f'ctrl-c ({signal.Signals(number).name})')
 
     def _on_closed_stdout(self):
         self._status = 120
-        self.context.shutdown()
+        self.context.shutdown('stdout is closed')

@@ -11,25 +11,37 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in for launch_ros 0.26.6: nodes, their parameters, remappings and namespaces."""
+"""The stand-in for launch_ros 0.26.12: nodes, their parameters, remappings and namespaces."""
 
+from functools import partial
 import os
 from pathlib import Path
 import shutil
 from tempfile import NamedTemporaryFile
 
-from ament_index_python.packages import get_package_prefix, get_package_share_directory
-from launch.actions import action, ExecuteProcess
-from launch.substitutions import (get_logger, missing_name, perform, read_typed, Substitution,
-                                  substitution, SubstitutionFailure)
+import ament_index_python as index
+from launch import frontend
+from launch.actions import action, ExecuteProcess, TimerAction
+from launch.frontend import attributes, substitute, take, TYPES
+from launch.substitutions import (describe, get_logger, missing_name, perform, read_typed,
+                                  Substitution, substitution, SubstitutionFailure,
+                                  TextSubstitution)
 import yaml
 
 __getattr__ = missing_name('launch_ros')
 
 
+def _find_package(find, package):
+    try:
+        return find(package)
+    except index.PackageNotFoundError as error:
+        raise index.PackageNotFoundError(f'{error.args[0]}. This environment contains only a part '
+                                         'of the ROS 2 packages') from None
+
+
 def _find_executable(context, executable, package):
     executable, package = perform(context, executable), perform(context, package)
-    directory = os.path.join(get_package_prefix(package), 'lib', package)
+    directory = os.path.join(FindPackagePrefix.find(package), 'lib', package)
     path = shutil.which(executable, path=directory)
     if path is None:
         raise SubstitutionFailure(
@@ -37,12 +49,26 @@ def _find_executable(context, executable, package):
     return path
 
 
-FindPackagePrefix = substitution(
-    'FindPackagePrefix', 'FindPackagePrefix(pkg={package})',
-    lambda context, package: get_package_prefix(perform(context, package)))
-FindPackageShare = substitution(
-    'FindPackageShare', 'FindPackageShare(pkg={package})',
-    lambda context, package: get_package_share_directory(perform(context, package)))
+class FindPackage(Substitution):
+    """Finds a directory of a package with find(), which subclasses define."""
+
+    def do(self, context, package):
+        return self.find(perform(context, package))
+
+    def describe(self):
+        return f'{type(self).__name__}(pkg={describe(self.package)})'
+
+
+class FindPackagePrefix(FindPackage):
+
+    find = staticmethod(partial(_find_package, index.get_package_prefix))
+
+
+class FindPackageShare(FindPackage):
+
+    find = staticmethod(partial(_find_package, index.get_package_share_directory))
+
+
 ExecutableInPackage = substitution(
     'ExecutableInPackage', 'ExecInPkg(pkg={package}, exec={executable})', _find_executable)
 
@@ -58,6 +84,9 @@ class ParameterValue:
         parts = self.value if isinstance(self.value, list) else [self.value]
         if isinstance(self.value, str) or any(isinstance(part, Substitution) for part in parts):
             return read_typed(perform(context, self.value), self.value_type)
+        if isinstance(self.value, list):
+            return [read_typed(perform(context, part)) if isinstance(part, list) else part
+                    for part in self.value]
         return self.value
 
 
@@ -73,21 +102,28 @@ class ParameterFile:
         if not (allowed if isinstance(allowed, bool) else read_typed(
                 perform(context, allowed), bool)):
             return path
-        from launch_xml import substitute
         with NamedTemporaryFile('w', prefix='launch_params_', delete=False) as file:
             file.write(perform(context, substitute(Path(path).read_text())))
         return file.name
 
 
-def evaluate(context, value):
+def evaluate(context, name, value):
     """Return a parameter value in which all substitutions are expanded."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
+    if value is None:
+        raise TypeError('Unexpected type for parameter value None')
     if not isinstance(value, (list, tuple, Substitution)):
         return value
     parts = [value] if isinstance(value, Substitution) else value
     if any(isinstance(part, Substitution) for part in parts):
-        read = read_typed(perform(context, value))
+        try:
+            read = read_typed(perform(context, value))
+        except ValueError:
+            raise TypeError(
+                f'Unable to parse the value of parameter {name} as yaml. If the parameter is '
+                'meant to be a string, try wrapping it in launch_ros.parameter_descriptions.'
+                'ParameterValue(value, value_type=str)') from None
         return tuple(read) if isinstance(read, list) else read
     values = [read_typed(perform(context, part)) if isinstance(part, (list, tuple)) else part
               for part in parts]
@@ -96,7 +132,8 @@ def evaluate(context, value):
         values = list(map(float, values))
     elif len(kinds) != 1 or not kinds <= {bool, int, float, str}:
         raise TypeError('Expected a non-empty sequence, with items of uniform type. Allowed '
-                        f'sequence item types are bool, int, float, str. Got {value}')
+                        'sequence item types are bool, int, float, str. Got inconsistent input '
+                        f'for "{name}"')
     return tuple(values)
 
 
@@ -106,7 +143,7 @@ def evaluate_dict(context, parameters, prefix=''):
     for name, value in parameters.items():
         name = prefix + perform(context, name)
         found.update(evaluate_dict(context, value, f'{name}.') if isinstance(value, dict)
-                     else {name: evaluate(context, value)})
+                     else {name: evaluate(context, name, value)})
     return found
 
 
@@ -126,7 +163,7 @@ def _collect(kind, context, *values):
 
 
 SetParameter = action('SetParameter', lambda context, name, value: _collect(
-    'global_params', context, (perform(context, name), evaluate(context, value))))
+    'global_params', context, *evaluate_dict(context, {perform(context, name): value}).items()))
 SetParametersFromFile = action('SetParametersFromFile', lambda context, filename: _collect(
     'global_params', context, perform(context, filename)))
 SetRemap = action('SetRemap', lambda context, src, dst: _collect(
@@ -135,6 +172,8 @@ PushROSNamespace = PushRosNamespace = action(
     'PushROSNamespace', lambda context, namespace: context.launch_configurations.update(
         ros_namespace=join_namespaces(context.launch_configurations.get('ros_namespace'),
                                       perform(context, namespace))))
+SetUseSimTime = action('SetUseSimTime', lambda context, value: None)  # for launch's own node only
+ROSTimer = RosTimer = type('RosTimer', (TimerAction,), {})
 
 
 class Node(ExecuteProcess):
@@ -148,6 +187,16 @@ class Node(ExecuteProcess):
         self.node_package, self.node_executable = package, executable
         self.names = name, namespace
         self.parameters, self.remappings = parameters or [], remappings or []
+        if not isinstance(self.parameters, list):
+            raise TypeError("'Node' expected 'parameters' to be one of [<class 'list'>], but got "
+                            f"'{parameters}' of type '{type(parameters)}'")
+        for each in self.remappings:
+            if not isinstance(each, tuple):
+                raise TypeError("Expected 'remap_rule' to be one of [<class 'tuple'>], but got "
+                                f"'{each}' of type '{type(each)}'")
+            if len(each) != 2:
+                raise TypeError(
+                    f'remap_rule must be a tuple of length 2, got length {len(each)}')
 
     def execute(self, context):
         logger, settings = get_logger('launch_ros.actions.node'), context.launch_configurations
@@ -187,3 +236,64 @@ class Node(ExecuteProcess):
         for source, target in [*settings.get('ros_remaps', []), *self.remappings]:
             self.cmd += ['-r', f'{perform(context, source)}:={perform(context, target)}']
         return super().execute(context)
+
+
+def parameter(element):
+    """Return a node parameter as a dictionary, or the parameter file."""
+    if 'from' in element.attrib:
+        given = attributes(element, ['src', 'allow_substs'])
+        return ParameterFile(given['src'], allow_substs=given.get('allow_substs', False))
+    if 'name' not in element.attrib:
+        raise ValueError('param Entity should have name or from attribute')
+    if ('value' in element.attrib) == bool(len(element)):
+        raise RuntimeError('nested parameters and value attributes are mutually exclusive'
+                           if len(element) else
+                           'either a value attribute or nested params are needed')
+    if element.get('type', 'str') not in TYPES:
+        raise ValueError(f"Got invalid type identifier '{element.attrib['type']}'")
+    value = element.attrib.pop('value', None)
+    name = tuple(attributes(element, ['name', 'type', 'value-sep'])['name'])
+    if value is None:
+        return {name: {key: value for each in element for key, value in parameter(each).items()}}
+    kind = TYPES[element.attrib['type']] if 'type' in element.attrib else None
+    convert = (lambda text, kind: text) if hasattr(element, 'typed') else read_typed
+    if 'value-sep' in element.attrib:
+        value = value.split(element.attrib['value-sep'])
+    try:
+        if isinstance(value, list):
+            scalar = getattr(kind, '__args__', [kind])[0]
+            value = [parameter_value(each, scalar, convert) for each in value]
+        else:
+            value = parameter_value(value, kind, convert)
+    except ValueError:
+        raise TypeError(f"Attribute 'value' of Entity 'param' expected to be of type '{kind}'."
+                        f"'{value}' can not be converted to one of those types") from None
+    return {name: ParameterValue(value, value_type=str if isinstance(value, str) else kind)}
+
+
+def parameter_value(value, kind, convert):
+    """Return a value in a launch file as a list of substitutions or as a converted value."""
+    parts = substitute(value) if isinstance(value, str) else ()
+    if all(isinstance(part, TextSubstitution) for part in parts):
+        return convert(perform(None, parts), kind) if parts else value
+    return parts
+
+
+def node_options(element, inner):
+    """Remove the nested elements of a node, and return them as arguments of the action."""
+    options = {'parameters': [parameter(each) for each in inner if each.tag == 'param']}
+    inner[:] = [each for each in inner if each.tag != 'param']
+    remappings = map(tuple, take(inner, 'remap', 'src', 'dst'))
+    return {**frontend.NESTED['executable'](element, inner), **options,
+            'remappings': list(remappings)}
+
+
+frontend.NESTED.update(node=node_options, ros_timer=frontend.NESTED['timer'])
+frontend.SUBSTITUTIONS.update({
+    'exec-in-pkg': ExecutableInPackage, 'find-pkg-prefix': FindPackagePrefix,
+    'find-pkg-share': FindPackageShare})
+frontend.ACTIONS.update({
+    'node': Node, 'push-ros-namespace': PushROSNamespace, 'push_ros_namespace': PushROSNamespace,
+    'ros_timer': ROSTimer, 'set_parameter': SetParameter,
+    'set_parameters_from_file': SetParametersFromFile, 'set_remap': SetRemap,
+    'set_use_sim_time': SetUseSimTime})

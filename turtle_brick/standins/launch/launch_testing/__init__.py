@@ -11,9 +11,10 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in for launch_testing 3.4.3: a pytest plugin and the `launch_test` command."""
+"""The stand-in for launch_testing 3.4.11: a pytest plugin and the `launch_test` command."""
 
 import argparse
+from contextlib import suppress
 import functools
 import importlib.util
 import inspect
@@ -22,17 +23,18 @@ import re
 import signal
 import sys
 import threading
-from types import SimpleNamespace
 import unittest
 
 from launch import LaunchDescription, LaunchService
-from launch.actions import action, SetLaunchConfiguration
+from launch.actions import action, OnProcessIO, SetLaunchConfiguration
 from launch.substitutions import missing_name
 import pytest
 
 __getattr__ = missing_name('launch_testing')
 START_TIME = 15.0
-ReadyToTest = action('ReadyToTest', lambda context: context.notify('ready'))
+MARKS = 'launch_test', 'rostest'
+EXIT_OK, EXIT_SIGINT, EXIT_SIGQUIT, EXIT_SIGKILL, EXIT_SIGSEGV = 0, 130, 131, 137, 139
+ReadyToTest = action('ReadyToTest', lambda context: context.emit('on_ready'))
 
 
 def post_shutdown_test():
@@ -43,69 +45,120 @@ def post_shutdown_test():
     return mark
 
 
+def keep_alive(test_description):
+    """Mark a test description whose launch continues after all processes have exited."""
+    test_description.keep_alive = True
+    return test_description
+
+
+class Record(list):
+    """The output events of a process, with its name and its exit code."""
+
+    returncode = None
+
+    def __init__(self, action):
+        super().__init__()
+        self.action, self.process_name = action, action.name
+
+    def written_to(self, *streams):
+        """Return the output on the given streams."""
+        return b''.join(event.text for event in self if event.kind[3:] in streams)
+
+    @property
+    def text(self):
+        return self.written_to('stdout', 'stderr')
+
+
 class Processes:
     """Process exit codes and outputs, which tests receive as proc_info and proc_output."""
+
+    handle_once = False
 
     def __init__(self):
         self.changed, self.ready, self.found = threading.Condition(), threading.Event(), {}
 
-    def record_event(self, event, process=None, *details):
-        """Record a launch event."""
+    def matches(self, event):
+        return True
+
+    def handle(self, event, context):
+        """Record an event."""
         with self.changed:
-            if event == 'ready':
+            if event.kind == 'on_ready':
                 self.ready.set()
-            elif event == 'started':
-                self.found.setdefault(process, SimpleNamespace(
-                    process_name=process.label, action=process, output=([], []))).returncode = None
-            elif event == 'exited':
-                self.found[process].returncode, = details
-            else:
-                self.found[process].output[details[1]].append(details[0])
+            elif event.kind == 'on_start':
+                self.found.setdefault(event.action, Record(event.action)).returncode = None
+            elif event.kind == 'on_exit':
+                self.found[event.action].returncode = event.returncode
+            elif event.kind in OnProcessIO.kinds:
+                self.found[event.action].append(event)
             self.changed.notify_all()
 
     def __iter__(self):
         return iter(list(self.found.values()))
 
+    def __getitem__(self, process):
+        return self.select(process)[0]
+
+    def processes(self):
+        return list(self.found)
+
+    def process_names(self):
+        return [each.process_name for each in self]
+
     def select(self, process=None):
-        """Return the processes that match an action or part of a process name (default: all)."""
-        return [each for each in self if process in (None, each.action) or (
+        """Return the records that match an action or part of a process name (default: all)."""
+        found = [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
+        if not found or len(found) > 1 and process is not None:
+            raise NoMatchingProcessException(
+                f"Found {len(found)} processes matching name '{process}'. Procs: "
+                f'{", ".join(self.process_names())}')
+        return found
 
     def wrote(self, expected, process, stream):
         """Return whether the output of a process contains a string or matches a pattern."""
         pattern = expected if isinstance(expected, re.Pattern) else re.compile(re.escape(expected))
-        return any(pattern.search(b''.join(each.output[stream != 'stdout']).decode(
-            errors='replace')) for each in self.select(process))
+        return any(pattern.search(each.written_to(stream).decode(errors='replace'))
+                   for each in self.select(process))
 
     def _wait(self, condition, timeout, name):
+        def is_true():
+            with suppress(NoMatchingProcessException):
+                return condition()
+
         with self.changed:
-            assert self.changed.wait_for(condition, timeout), f'Timed out waiting for {name}'
+            assert self.changed.wait_for(is_true, timeout), f'Timed out waiting for {name}'
 
     def assertWaitForStartup(self, process, *, timeout=10):
         self._wait(lambda: self.select(process), timeout, f'process {process} to start')
 
     def assertWaitForShutdown(self, process, *, timeout=10):
-        self._wait(lambda: any(each.returncode is not None for each in self.select(process)),
-                   timeout, f'process {process} to end')
+        self._wait(lambda: self[process].returncode is not None, timeout,
+                   f'process {process} to end')
 
     def assertWaitFor(self, expected_output, process=None, *, timeout=10, stream='stderr'):
         self._wait(lambda: self.wrote(expected_output, process, stream), timeout,
                    f"output '{expected_output}'")
 
 
-def assertExitCodes(proc_info, allowable_exit_codes=(0,), process=None):
+class NoMatchingProcessException(Exception):
+    """No process, or more than one, matches a name."""
+
+
+def assertExitCodes(proc_info, allowable_exit_codes=(EXIT_OK,), process=None):
     for each in proc_info.select(process):
         assert each.returncode in allowable_exit_codes, (
             f'Proc {each.process_name} exited with code {each.returncode}')
 
 
-def assertInStdout(proc_output, expected_output, process, stream='stdout'):
+def assertInStream(proc_output, expected_output, process, *, stream='stderr'):
     names = ', '.join(each.process_name for each in proc_output.select(process))
     assert proc_output.wrote(expected_output, process, stream), (
         f"Did not find '{expected_output}' in output for any of the matching processes: {names}")
 
 
-assertInStderr = functools.partial(assertInStdout, stream='stderr')
+assertInStdout = functools.partial(assertInStream, stream='stdout')
+assertInStderr = functools.partial(assertInStream, stream='stderr')
 
 
 def tests_of(module, given):
@@ -140,7 +193,7 @@ def run(module, arguments=(), debug=False):
         raise Exception('generate_test_description functions must return a LaunchDescription '
                         'containing a ReadyToTest action')
     processes, service, results = Processes(), LaunchService(debug=debug), []
-    service.context.listeners.append(processes.record_event)
+    service.context.handlers.append(processes)
     service.include_launch_description(LaunchDescription(
         [*(SetLaunchConfiguration(*each) for each in arguments), description]))
     running, ended = tests_of(module, {
@@ -156,14 +209,13 @@ def run(module, arguments=(), debug=False):
         service.shutdown()
 
     threading.Thread(target=test, daemon=True).start()
-    service.run()
+    service.run(shutdown_when_idle=not hasattr(module.generate_test_description, 'keep_alive'))
     if not results:
         print('Processes under test stopped before tests completed')
         for each in filter(lambda each: each.returncode, processes):
             print(f"Process '{each.process_name}' exited with {each.returncode}\n"
-                  f"##### '{each.process_name}' output #####")
-            print(*(text.decode(errors='replace') for text in sum(each.output, [])), sep='\n')
-            print('#' * (len(each.process_name) + 21))
+                  f"##### '{each.process_name}' output #####\n"
+                  f'{each.text.decode(errors="replace")}\n{"#" * (len(each.process_name) + 21)}')
         return [(name, 'Exception: Launch stopped before the active tests finished.\n')
                 for name in names]
     results.append(unittest.TextTestRunner(verbosity=2).run(ended))
@@ -206,29 +258,26 @@ def main():
 # ---------------------------------------------------------------------------------- pytest plugin
 
 def pytest_configure(config):
-    config.addinivalue_line('markers', 'launch_test: the function describes what to launch')
+    for mark in MARKS:
+        config.addinivalue_line('markers', f'{mark}: the function describes what to launch')
 
 
 def pytest_pycollect_makemodule(module_path, parent):
-    """Collect a module as one test if generate_test_description has the launch_test mark."""
-    if b'launch_test' not in module_path.read_bytes():
+    """Collect a module as one test if generate_test_description has one of the marks."""
+    if not any(mark.encode() in module_path.read_bytes() for mark in MARKS):
         return None
     module = pytest.Module.from_parent(parent, path=module_path)
     try:
         marks = getattr(getattr(module.obj, 'generate_test_description', None), 'pytestmark', ())
     except (Exception, pytest.skip.Exception):
         return module  # pytest reports the error when it collects the module.
-    if any(mark.name == 'launch_test' for mark in marks):
-        return LaunchTestFile.from_parent(parent, path=module_path, module=module.obj)
+    if any(mark.name in MARKS for mark in marks):
+        return LaunchTestFile.from_parent(parent, path=module_path)
     return module
 
 
-class LaunchTestFile(pytest.File):
+class LaunchTestFile(pytest.Module):
     """A file with a single launch test."""
-
-    def __init__(self, module, **options):
-        super().__init__(**options)
-        self.module = module
 
     def collect(self):
         return [LaunchTest.from_parent(self, name=self.path.stem)]
@@ -237,30 +286,23 @@ class LaunchTestFile(pytest.File):
 class Failures(Exception):
     """An exception that lists the failures of a launch test."""
 
-    @property
-    def reprcrash(self):
-        """Return a summary for pytest."""
-        return SimpleNamespace(message='\n'.join(f'{name} failed' for name, _ in self.args))
-
     def __str__(self):
         width = max(len(line) for _, text in self.args for line in text.splitlines())
         return '\n' + '\n\n'.join(f'{"=" * width}\nFAIL: {name}\n{"-" * width}\n{text}'
                                   for name, text in self.args)
-
-    def toterminal(self, out):
-        out.write(str(self))
 
 
 class LaunchTest(pytest.Item):
     """A pytest item that runs the launch test in a file."""
 
     def runtest(self):
-        failures = run(self.parent.module)
+        failures = run(self.parent.obj)
         if failures:
             raise Failures(*failures)
 
     def repr_failure(self, excinfo):
-        return excinfo.value if excinfo.errisinstance(Failures) else super().repr_failure(excinfo)
+        failed = excinfo.errisinstance(Failures)
+        return str(excinfo.value) if failed else super().repr_failure(excinfo)
 
     def reportinfo(self):
         return self.path, 0, f'launch tests: {self.name}'

@@ -17,12 +17,12 @@ import asyncio
 import codecs
 import os
 import pty
+import re
 import shlex
 import signal
 import subprocess
 import threading
 import traceback
-from types import SimpleNamespace
 
 from launch.substitutions import (Deferred, get_logger, LaunchConfiguration, missing_name,
                                   normalize_to_list_of_substitutions, perform, read_typed, write)
@@ -34,6 +34,7 @@ class Action(Deferred):
     """An action that calls its `do` method if its condition is true."""
 
     actions = ()
+    task = None  # the task that completes the action, if execute() only starts it
     execute = Deferred.call
 
     def __init__(self, *args, condition=None, **kwargs):
@@ -58,12 +59,37 @@ def _append(context, name, value, prepend=False, separator=os.pathsep):
     context.environment[name] = perform(context, separator).join(filter(None, values))
 
 
+def _reset(context, launch_configurations={}):
+    context.launch_configurations = {
+        perform(context, name): perform(context, value)
+        for name, value in launch_configurations.items()}
+
+
+def _pop_configurations(context):
+    context.launch_configurations = context.saved_configurations.pop()
+
+
+def _shut_down(context, *, reason='reason not given'):
+    if getattr(context.locals.event, 'kind', None) == 'on_exit':
+        get_logger('launch').info(f'process[{context.locals.event.process_name}] was required: '
+                                  'shutting down launched system')
+    context.shutdown(perform(context, reason))
+
+
 OpaqueFunction = action(
     'OpaqueFunction', lambda context, *, function, args=(), kwargs={}: function(
         context, *args, **kwargs))
 SetLaunchConfiguration = action(
     'SetLaunchConfiguration', lambda context, name, value: context.launch_configurations.update(
         {perform(context, name): perform(context, value)}))
+UnsetLaunchConfiguration = action(
+    'UnsetLaunchConfiguration', lambda context, name: context.launch_configurations.pop(
+        perform(context, name), None) and None)
+ResetLaunchConfigurations = action('ResetLaunchConfigurations', _reset)
+PushLaunchConfigurations = action(
+    'PushLaunchConfigurations', lambda context: context.saved_configurations.append(
+        dict(context.launch_configurations)))
+PopLaunchConfigurations = action('PopLaunchConfigurations', _pop_configurations)
 SetEnvironmentVariable = action(
     'SetEnvironmentVariable', lambda context, name, value: context.environment.update(
         {perform(context, name): perform(context, value)}))
@@ -71,28 +97,62 @@ UnsetEnvironmentVariable = action(
     'UnsetEnvironmentVariable', lambda context, name: context.environment.pop(
         perform(context, name), None) and None)
 AppendEnvironmentVariable = action('AppendEnvironmentVariable', _append)
+ResetEnvironment = action('ResetEnvironment', lambda context: context.set_environment(
+    context.initial_environment))
+PushEnvironment = action('PushEnvironment', lambda context: context.saved_environments.append(
+    dict(context.environment)))
+PopEnvironment = action('PopEnvironment', lambda context: context.set_environment(
+    context.saved_environments.pop()))
 LogInfo = action('LogInfo', lambda context, *, msg: get_logger('launch.user').info(
     perform(context, msg)))
-Shutdown = action('Shutdown', lambda context, *, reason='': context.shutdown())
-EmitEvent = action('EmitEvent', lambda context, *, event: [event])
-
+Shutdown = action('Shutdown', _shut_down)
+EmitEvent = action('EmitEvent', lambda context, *, event: context.shutdown(
+    perform(context, event.reason)))
 RegisterEventHandler = action('RegisterEventHandler', lambda context, event_handler: (
     context.handlers.insert(0, event_handler)))
+UnregisterEventHandler = action('UnregisterEventHandler', lambda context, event_handler: (
+    context.handlers.remove(event_handler)))
 
 
-class OnProcessExit(Deferred):
+# ------------------------------------------------------------------------- launch.event_handlers
 
-    def do(self, context, *, on_exit, target_action=None):
-        event = context.event
-        if target_action in (None, event.action) or (
-                callable(target_action) and target_action(event.action)):
-            found = on_exit(event, context) if callable(on_exit) else on_exit
-            for each in found if isinstance(found, (list, tuple)) else filter(None, [found]):
-                if isinstance(each, Shutdown):
-                    get_logger('launch').info(f'process[{event.process_name}] was required: '
-                                              'shutting down launched system')
-                context.visit(each)
+class EventHandler:
+    """Reacts to events with entities, or with a function that returns entities."""
 
+    def __init__(self, *, target_action=None, handle_once=False, **reactions):
+        self.target_action, self.handle_once = target_action, handle_once
+        self.reactions = reactions
+        if not reactions or not set(reactions) <= set(self.kinds):
+            raise TypeError(f'{type(self).__name__} requires {" or ".join(self.kinds)}, but got '
+                            f'{", ".join(reactions) or "neither"}')
+
+    def matches(self, event):
+        """Return whether the handler reacts to an event."""
+        target = self.target_action
+        return event.kind in self.reactions and (
+            target in (None, event.action) or callable(target) and target(event.action))
+
+    def handle(self, event, context):
+        """Return the entities to execute after an event."""
+        reaction = self.reactions[event.kind]
+        if not callable(reaction):
+            return reaction
+        return reaction(event) if event.kind in OnProcessIO.kinds else reaction(event, context)
+
+
+def event_handler(name, *kinds):
+    """Create an event handler class for some kinds of events, named after its arguments."""
+    return type(name, (EventHandler,), {'kinds': kinds})
+
+
+OnExecutionComplete = event_handler('OnExecutionComplete', 'on_completion')
+OnProcessExit = event_handler('OnProcessExit', 'on_exit')
+OnProcessIO = event_handler('OnProcessIO', 'on_stdin', 'on_stdout', 'on_stderr')
+OnProcessStart = event_handler('OnProcessStart', 'on_start')
+OnShutdown = event_handler('OnShutdown', 'on_shutdown')
+
+
+# ------------------------------------------------------------------------------------------------
 
 class DeclareLaunchArgument(Action):
 
@@ -123,19 +183,13 @@ class DeclareLaunchArgument(Action):
 class GroupAction(Action):
 
     def do(self, context, actions, *, scoped=True, forwarding=True, launch_configurations={}):
-        outer, environment = context.launch_configurations, dict(context.environment)
-        kept = {perform(context, name): perform(context, value)
-                for name, value in launch_configurations.items()}
-
-        def end(context):
-            context.launch_configurations = outer
-            context.set_environment(environment)
-
-        if scoped:
-            context.launch_configurations = dict(outer) if forwarding else {}
-            context.set_environment(environment if forwarding else context.initial_environment)
-        context.launch_configurations.update(kept)
-        return [*actions, *([OpaqueFunction(function=end)] if scoped else [])]
+        kept = [SetLaunchConfiguration(*each) for each in launch_configurations.items()]
+        if not scoped:
+            return [*kept, *actions]
+        if not forwarding:
+            kept = [ResetEnvironment(), ResetLaunchConfigurations(launch_configurations)]
+        return [PushLaunchConfigurations(), PushEnvironment(), *kept, *actions, PopEnvironment(),
+                PopLaunchConfigurations()]
 
 
 class TimerAction(Action):
@@ -145,14 +199,39 @@ class TimerAction(Action):
             await context.pause(period if isinstance(period, (int, float)) else float(
                 perform(context, period)))
             context.launch_file = file
-            for each in actions if not context.shutting_down.is_set() else ():
+            for each in actions if not context.is_shutdown else ():
                 context.visit(each)
-        context.create_task(wait())
+        self.task = context.create_task(wait())
+
+
+OUTPUTS = {
+    'screen': {'both': 'screen'}, 'log': {'both': 'log', 'stderr': 'screen'},
+    'both': {'both': 'screen log'},
+    'own_log': {'both': 'own_log', 'stdout': 'own_log', 'stderr': 'own_log'},
+    'full': {'both': 'screen log own_log', 'stdout': 'own_log', 'stderr': 'own_log'}}
+"""Destinations of the lines on stdout, stderr and both for each value of `output`."""
+
+
+def destinations(output, process, stream):
+    """Return where a process writes the lines on stdout or stderr: 'screen' and file names."""
+    if not isinstance(output, dict) and output not in OUTPUTS:
+        raise ValueError(f'{output} is not a valid standard output config i.e. "screen", "log" or '
+                         '"both"')
+    own_logs = {'both': f'{process}.log', stream: f'{process}-{stream}.log'}
+    output, found = output if isinstance(output, dict) else OUTPUTS[output], []
+    for source, own_log in own_logs.items():
+        names = output.get(source, '')
+        for name in names.split() if isinstance(names, str) else names:
+            if name not in ('screen', 'log', 'own_log'):
+                raise ValueError(f'{name} is not a valid output destination i.e. "screen", "log" '
+                                 'or "own_log"')
+            found.append({'screen': 'screen', 'log': 'launch.log', 'own_log': own_log}[name])
+    return found
 
 
 class ExecuteProcess(Action):
 
-    popen = None
+    popen = process_details = return_code = None
 
     def do(self, context, *, cmd, prefix=None, name=None, cwd=None, env=None, additional_env={},
            shell=False, emulate_tty=False, output='log', on_exit=(), respawn=False,
@@ -163,37 +242,36 @@ class ExecuteProcess(Action):
         def text(value):
             return None if value is None else perform(context, value)
 
-        self.command = [*shlex.split(text(prefix) or ''), *map(text, cmd)]
+        settings, self.command = context.launch_configurations, [*map(text, cmd)]
+        if prefix is None and re.match(settings.get('launch-prefix-filter', ''),
+                                       os.path.basename(self.command[0])):
+            prefix = settings.get('launch-prefix')
+        self.command[:0] = shlex.split(text(prefix) or '')
         context.process_count += 1
-        self.label = f'{text(name) or os.path.basename(self.command[0])}-{context.process_count}'
+        self.name = f'{text(name) or os.path.basename(self.command[0])}-{context.process_count}'
         self.variables = dict(context.environment if env is None else (map(text, each)
                                                                        for each in env.items()))
         self.variables.update(map(text, each) for each in (additional_env or {}).items())
         self.directory = text(cwd)
-        output = os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT') or text(output)
-        both, own = ['screen', 'launch.log'], f'{self.label}.log'
-        targets = {  # for stdout and stderr
-            'screen': (['screen'], ['screen']), 'log': (['launch.log'], both),
-            'both': (both, both),
-            'own_log': ([own, f'{self.label}-stdout.log'], [own, f'{self.label}-stderr.log'])}
-        targets['full'] = tuple(both + each for each in targets['own_log'])
-        if output not in targets:
-            raise ValueError(f'{output} is not a valid standard output config i.e. "screen", '
-                             '"log" or "both"')
-        self.targets = targets[output]
+        output = os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT') or (
+            output if isinstance(output, dict) else text(output))
+        self.targets = [destinations(output, self.name, each) for each in ('stdout', 'stderr')]
         self.respawn = respawn if isinstance(respawn, bool) else read_typed(text(respawn), bool)
-        if 'emulate_tty' in context.launch_configurations:
-            self.emulate_tty = read_typed(context.launch_configurations['emulate_tty'], bool)
-        self.context = context
+        if 'emulate_tty' in settings:
+            self.emulate_tty = read_typed(settings['emulate_tty'], bool)
+        self.context, self.logger = context, get_logger(self.name)
         context.handlers.insert(0, OnProcessExit(target_action=self, on_exit=on_exit))
-        self.logger = get_logger(self.label)
-        if not context.shutting_down.is_set():
+        if not context.is_shutdown:
             context.processes.append(self)
-            context.create_task(self._run())
+            self.task = context.create_task(self._run())
+
+    def emit(self, kind, **details):
+        """Emit an event of this process."""
+        self.context.emit(kind, **self.process_details, process_name=self.name, **details)
 
     async def _run(self):
         retries = self.respawn_max_retries
-        while not self.context.shutting_down.is_set():
+        while not self.context.is_shutdown:
             try:
                 await self._run_once()
             except (OSError, ValueError):
@@ -220,13 +298,15 @@ class ExecuteProcess(Action):
                 os.close(writer)
         pid = self.popen.pid
         self.logger.info(f'process started with pid [{pid}]')
-        self.context.notify('started', self)
+        self.process_details = {'action': self, 'name': self.name, 'pid': pid, 'cmd': self.command,
+                                'cwd': self.directory, 'env': self.variables}
+        self.emit('on_start')
         loop = asyncio.get_running_loop()
         streams = [_Stream(self, index, end) for index, (end, _) in enumerate(pipes)]
         self.ended = loop.create_future()
         threading.Thread(daemon=True, target=lambda: loop.call_soon_threadsafe(
             self.ended.set_result, self.popen.wait())).start()
-        code = await self.ended
+        code = self.return_code = await self.ended
         for stream in streams:
             for _ in range(20):  # A pipe holds at most 1 MiB, so 16 reads would be enough.
                 stream.read()
@@ -238,12 +318,7 @@ class ExecuteProcess(Action):
         for stream in streams:
             stream.close()
         self.popen.stdin.close()
-        self.context.notify('exited', self, code)
-        self.context.event = SimpleNamespace(
-            action=self, process_name=self.label, pid=pid, cmd=self.command,
-            cwd=self.directory, env=self.variables, returncode=code)
-        for handler in list(self.context.handlers):
-            handler.call(self.context)
+        self.emit('on_exit', returncode=code)
 
     def end(self, number):
         """Send SIGINT or SIGTERM, and then stronger signals until the process ends."""
@@ -258,13 +333,13 @@ class ExecuteProcess(Action):
                 (signal.SIGINT, float(term), term, 'SIGTERM'),
                 (signal.SIGTERM, float(kill), both, 'SIGKILL'),
                 (signal.SIGKILL, None, None, None))[first != signal.SIGINT:]:
-            self.logger.info(f"sending signal '{number.name}' to process[{self.label}]")
+            self.logger.info(f"sending signal '{number.name}' to process[{self.name}]")
             self.popen.send_signal(number)
             await asyncio.wait([self.ended], timeout=seconds)
             if self.ended.done():
                 return
             self.logger.error(
-                f"process[{self.label}] failed to terminate '{shown}' seconds after receiving "
+                f"process[{self.name}] failed to terminate '{shown}' seconds after receiving "
                 f"'{number.name}', escalating to '{stronger}'")
 
 
@@ -286,13 +361,14 @@ class _Stream:
             data = b''
         if not data:
             asyncio.get_running_loop().remove_reader(self.end)
-        self.process.context.notify('output', self.process, data, self.index)
+        else:
+            self.process.emit(('on_stdout', 'on_stderr')[self.index], text=data)
         *lines, self.rest = (self.rest + self.decode(data)).split('\n')
         self.write(lines)
 
     def write(self, lines):
         for line in lines:
-            write(f'[{self.process.label}] {line}', self.process.targets[self.index])
+            write(f'[{self.process.name}] {line}', self.process.targets[self.index])
 
     def close(self):
         self.write([self.rest] if self.rest else [])

@@ -20,6 +20,7 @@ import importlib
 import inspect
 import math
 import os
+from pathlib import Path
 import random
 import re
 import shlex
@@ -27,6 +28,7 @@ import shutil
 import socket
 import subprocess
 import sys
+from textwrap import shorten
 import time
 from types import SimpleNamespace
 
@@ -100,7 +102,9 @@ class Deferred:
         try:
             self.given = signature.bind(None, *args, **kwargs)
         except TypeError as error:
-            raise TypeError(f'{type(self).__name__}.__init__() {error}') from None
+            names = ', '.join(list(signature.parameters)[1:])
+            raise TypeError(f'{type(self).__name__}.__init__() {error}. In the stand-in for '
+                            f'launch, it has these arguments: {names}') from None
         self.given.apply_defaults()
         self.__dict__.update(self.given.arguments)
 
@@ -128,12 +132,17 @@ def read_typed(text, kind=None):
         return kind(text)
     if kind is bool and text in ('0', '1'):
         return text == '1'
-    value = yaml.safe_load(text) if text else text
+    try:
+        value = yaml.safe_load(text) if text else text
+    except yaml.YAMLError as error:
+        raise ValueError(f"Failed to convert '{shorten(text, 60)}' using yaml rules: "
+                         f'yaml.safe_load() failed\n{error}') from None
     scalar = getattr(kind, '__args__', [kind])[0] or (str, int, float, bool)
     parts = value if isinstance(value, list) else [value]
     if (kind and isinstance(value, list) is (scalar is kind) or len(set(map(type, parts))) > 1
             or not all(isinstance(part, scalar) for part in parts)):
-        raise ValueError(f"'{text}' can not be converted to {kind or 'one of the types'}")
+        raise ValueError(f"'{shorten(text, 60)}' can not be converted to "
+                         f"{kind or 'one of the types'}")
     return value
 
 
@@ -147,17 +156,24 @@ class Substitution(Deferred):
     """A substitution whose `do` method returns the value as a string."""
 
     perform = Deferred.call
+    separator = ' + '
 
     def describe(self):
         """Return the unexpanded form of the substitution, as printed by `ros2 launch -s`."""
         return self.description.format(**{
-            name: ' + '.join(part.describe() for part in normalize_to_list_of_substitutions(value))
-            for name, value in self.given.arguments.items() if f'{{{name}}}' in self.description})
+            name: describe(value, self.separator) for name, value in self.given.arguments.items()})
 
     def __repr__(self):
         name = type(self).__name__
         module = re.sub(r'(?<!^)(?=[A-Z])', '_', name).lower()
         return f'<launch.substitutions.{module}.{name} object at {id(self):#x}>'
+
+
+def describe(value, separator=' + '):
+    """Return the unexpanded form of a string, a substitution, or a list of these."""
+    if isinstance(value, (list, tuple)):
+        return separator.join(map(describe, value))
+    return value.describe() if isinstance(value, Substitution) else f"'{value}'"
 
 
 def substitution(name, description, function):
@@ -168,6 +184,9 @@ def substitution(name, description, function):
 class TextSubstitution(Substitution):
 
     def __init__(self, *, text):
+        if not isinstance(text, (str, os.PathLike)):
+            raise TypeError(f"Failed to normalize given item of type '{type(text)}', when only "
+                            "'str' or 'launch.Substitution' were expected.")
         self.text = os.fspath(text)
 
     def describe(self):
@@ -207,10 +226,18 @@ ThisLaunchFile = substitution(
 ThisLaunchFileDir = substitution(
     'ThisLaunchFileDir', 'ThisLaunchFileDir()',
     lambda context: os.path.dirname(_launch_file('ThisLaunchFileDir', context)))
+FileContent = substitution('FileContent', 'FileContent({path})', lambda context, path: (
+    Path(perform(context, path)).read_text()))
+LaunchLogDir = substitution(
+    'LaunchLogDir', 'LaunchLogDir()', lambda context: launch_config.log_dir)
+LocalSubstitution = substitution(
+    'LocalSubstitution', 'LocalVar({expression})',
+    lambda context, expression, description='': eval(f'context.locals.{expression}'))
 PathJoinSubstitution = substitution(
-    'PathJoinSubstitution', "PathJoin('{substitutions}')",
+    'PathJoinSubstitution', "PathJoinSubstitution('{substitutions}')",
     lambda context, substitutions: os.path.join(*(perform(context, each)
                                                   for each in substitutions)))
+PathJoinSubstitution.separator = ', '
 
 
 def _find_executable(context, *, name):
@@ -291,6 +318,12 @@ def _truths(context, *values):
         raise SubstitutionFailure(error) from None
 
 
+def _choose(context, condition, if_value='', else_value=''):
+    if if_value == else_value == '':
+        raise RuntimeError('One of if_value and else_value must be specified')
+    return perform(context, if_value if all(_truths(context, condition)) else else_value)
+
+
 def _logic(name, arguments, function):
     do = {'left right': lambda context, left, right: str(function(context, left, right)).lower(),
           'value': lambda context, value: str(function(context, value)).lower(),
@@ -305,6 +338,8 @@ OrSubstitution = _logic('OrSubstitution', 'left right', lambda *a: any(_truths(*
 NotSubstitution = _logic('NotSubstitution', 'value', lambda *a: not all(_truths(*a)))
 AllSubstitution = _logic('AllSubstitution', '*values', lambda *a: all(_truths(*a)))
 AnySubstitution = _logic('AnySubstitution', '*values', lambda *a: any(_truths(*a)))
+IfElseSubstitution = substitution(
+    'IfElseSubstitution', 'IfElseSubstitution({condition}, {if_value}, {else_value})', _choose)
 
 
 # ----------------------------------------------------------------------------- launch.conditions
