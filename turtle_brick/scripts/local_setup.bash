@@ -13,8 +13,8 @@
 # limitations under the License.
 
 # Set up a shell to use the virtual environment in the PyPI environment as its ROS prefix.
-# make_environment.py copies this file into the virtual environment. env.bash and the setup.bash
-# files of overlays source the copy.
+# make_environment.py copies this file into the virtual environment. setup_shell.bash and the
+# setup.bash files of overlays source the copy.
 
 # These variables could select packages from another Python or a middleware that is not installed.
 unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
@@ -23,6 +23,9 @@ export PYTHONNOUSERSITE=1
 VIRTUAL_ENV=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 export VIRTUAL_ENV AMENT_PREFIX_PATH=$VIRTUAL_ENV
 export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
+
+export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$VIRTUAL_ENV/fastdds.xml}
+export CMAKE_GENERATOR=${CMAKE_GENERATOR:-Ninja} # the wheels contain Ninja, but not make
 
 # Without this variable, the wheels would restart every Python process to set LD_LIBRARY_PATH.
 export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1

@@ -14,15 +14,17 @@
 """
 Create or update the directory `.ros`.
 
-The command `make_environment.py native` uses the sourced ROS installation. The command
-`make_environment.py pypi` first installs ROS from Python wheels.
+The first argument selects the ROS installation: `native` uses the sourced installation, and `pypi`
+installs ROS from Python wheels. The second argument selects what is built: `ros` builds only the
+stand-ins, and `packages` also builds the packages in this workspace.
 
-The script env.bash runs this program and then sources the setup files in `.ros`:
+The script setup_shell.bash runs this program and then sources the setup files in `.ros`:
 
 - `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
   Jazzy messages. It is also a ROS prefix, and its `local_setup.bash` sets the environment
   variables.
-- `build`, `install` and `log` are the colcon directories for all packages.
+- `standins` and `install` contain the built stand-ins and the built packages.
+- `build` and `log` are the other colcon directories.
 - `made.json` contains fingerprints of the virtual environment and of each built package.
 
 The exit status is 0 on success. Otherwise, the last line of output states the reason.
@@ -39,6 +41,7 @@ import os
 from pathlib import Path
 import platform
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -48,7 +51,8 @@ import time
 
 SCRIPTS = Path(__file__).resolve().parent
 REQUIREMENTS = SCRIPTS / 'requirements.txt'
-LOCAL_SETUP = SCRIPTS / 'local_setup.bash'
+OWN_REQUIREMENTS = SCRIPTS.parents[1] / '.ros-requirements.txt'
+COPIED = (SCRIPTS / 'local_setup.bash', SCRIPTS / 'fastdds.xml')
 TOP = SCRIPTS.parents[1]
 ENVIRONMENT = TOP / '.ros'
 VENV = ENVIRONMENT / 'venv'
@@ -66,6 +70,9 @@ UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: 
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
 
+NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|CONFIG|KEYRING')
+"""Names of pip options that do not change what pip installs, and where."""
+
 ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
 
@@ -73,11 +80,9 @@ NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
-SHARED_FILES = {'rviz2': 'graph_*/*.py'}
+SHARED_FILES = {'rviz2': 'graph_*/*.py',
+                'turtlesim': 'turtle_brick/core/turtlesim_kinematics.py'}
 """Source files outside the folder of a stand-in that the stand-in installs."""
-
-REAL_NAMES = {'tf2_ros': 'tf2_ros_py'}
-"""Real package for each stand-in with a different name."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
              ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
@@ -229,27 +234,29 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
     return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 
 
-def make_venv() -> None:
-    """Create the virtual environment and install the wheels."""
-    env = clean_environment()
-    for name in ('PYTHONPATH', 'PYTHONHOME'):
-        env.pop(name, None)
+def pip_install(packages: str, *arguments: str) -> None:
+    """Install packages in the virtual environment, ignoring pip options about other places."""
+    env = {name: value for name, value in clean_environment().items()
+           if not name.startswith(('PIP_', 'PYTHON')) or NETWORK_OPTION.search(name)}
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
                PIP_DISABLE_PIP_VERSION_CHECK='1', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
+    run([f'{VENV}/bin/python', '-m', 'pip', 'install', *arguments], env,
+        f'downloading and installing {packages}',
+        f'pip could not install {packages}. See its output above. Check the network connection '
+        'and the proxy and index of pip, and try again.')
 
-    run([str(BASE_PYTHON), '-m', 'venv', str(VENV)], env,
+
+def make_venv() -> None:
+    """Create the virtual environment and install the wheels."""
+    run([str(BASE_PYTHON), '-I', '-m', 'venv', str(VENV)], clean_environment(),
         f'creating a virtual environment with Python {platform.python_version()}',
         f'{BASE_PYTHON} could not create a virtual environment. See its output above.')
-    pip = [f'{VENV}/bin/python', '-m', 'pip', 'install', '--no-deps', '--no-build-isolation',
-           '--use-pep517']
+    # Three small packages have no wheels. pip requires setuptools to build them.
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    # Three small packages have no wheels. pip requires setuptools to build them.
-    for name, arguments in (('setuptools', [setuptools]),
-                            ('ROS 2 Jazzy', ['-r', str(REQUIREMENTS)])):
-        run([*pip, *arguments], env, f'downloading and installing {name}',
-            f'pip could not install the packages in {REQUIREMENTS.name}. See its output above. '
-            'Check the network connection and the proxy and index of pip, and try again.')
+    options = ('--no-deps', '--no-build-isolation', '--use-pep517')
+    pip_install('setuptools', *options, setuptools)
+    pip_install('ROS 2 Jazzy', *options, '-r', str(REQUIREMENTS))
 
     packages = VENV / 'lib' / f'python{VERSION}' / 'site-packages'
     for path in (VENV / 'share').rglob('*.cmake'):
@@ -257,7 +264,8 @@ def make_venv() -> None:
         repaired = repair_cmake(text, sysconfig.get_path('include'), str(packages))
         if repaired != text:
             path.write_text(repaired)
-    shutil.copy(LOCAL_SETUP, VENV)
+    for path in COPIED:
+        shutil.copy(path, VENV)
 
 
 def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
@@ -266,63 +274,57 @@ def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
     return next((prefix for prefix in prefixes if Path(prefix, index, package).is_file()), None)
 
 
-def packages_to_build(prefixes: list[str]) -> dict[str, Path]:
-    """Return the folders of both packages and of all required stand-ins, by package name."""
-    folders = {}
-    for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml')):
-        name = manifest.parent.name
-        if not find_prefix(REAL_NAMES.get(name, name), prefixes):
-            folders[name] = manifest.parent
-    for name in ('turtle_brick_interfaces', 'turtle_brick'):
-        folders[name] = TOP / name
-    return folders
+def standins(prefixes: list[str]) -> dict[str, Path]:
+    """Return the folder of each stand-in whose real package is absent, by package name."""
+    folders = {manifest.parent.name: manifest.parent
+               for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml'))}
+    return {name: folder for name, folder in folders.items()
+            if not find_prefix(name, prefixes)}
 
 
-def build(prefixes: list[str], python: str, made: dict[str, str], launcher: list[str],
-          env: dict[str, str]) -> None:
+def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
+          setup_files: list[Path]) -> None:
     """
     Build the changed packages, and delete the builds of packages that are no longer required.
 
-    :param prefixes: ROS prefixes in the underlay
-    :param python: identification of the Python interpreter for the build
-    :param made: recorded fingerprints
-    :param launcher: command prefix that runs a command in the underlay
+    :param base: name of the directory in `.ros` in which the packages are installed
+    :param folders: folders of the packages by package name
+    :param made: recorded fingerprints, which the function updates
+    :param mark: fingerprint of the ROS installation
+    :param setup_files: setup files of the ROS installation that are not sourced yet
     """
-    folders = packages_to_build(prefixes)
-    real = [find_prefix(name, prefixes)
-            for name in ('rclpy', 'geometry_msgs', 'rosidl_default_generators')]
-    underlay = fingerprint(ENVIRONMENT, python, Path(__file__).read_bytes(), *real)
-    current = {name: fingerprint(underlay, folder_fingerprint(folder))
+    current = {name: fingerprint(mark, folder_fingerprint(folder))
                for name, folder in folders.items()}
+    install = ENVIRONMENT / base
     changed = [name for name in folders
-               if made.get(name) != current[name] or not (ENVIRONMENT / 'install' / name).is_dir()]
-    outdated = [*changed, *(set(made) - set(folders) - {'venv'})]
-    if changed and not launcher:
+               if made.get(name) != current[name] or not (install / name).is_dir()]
+    if changed and not setup_files:
         check_programs(*BUILD_TOOLS)
     if any((folders[name] / 'CMakeLists.txt').is_file() for name in changed):
         check_programs(*COMPILERS)
     ENVIRONMENT.mkdir(exist_ok=True)
-    made = {name: mark for name, mark in made.items() if name not in outdated}
-    if outdated:
+    unused = {path.name for path in install.glob('*') if path.is_dir()} - set(folders)
+    for name in (*changed, *unused):
+        made.pop(name, None)
         write_record(made)
-    for name in outdated:
         # colcon does not delete files that a package no longer installs.
         shutil.rmtree(ENVIRONMENT / 'build' / name, ignore_errors=True)
-        shutil.rmtree(ENVIRONMENT / 'install' / name, ignore_errors=True)
+        shutil.rmtree(install / name, ignore_errors=True)
     if not changed:
         return
-    command = [
-        *launcher, 'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build',
-        '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
-        '--build-base', str(ENVIRONMENT / 'build'), '--install-base', str(ENVIRONMENT / 'install')]
-    if launcher:
-        # The linters for turtle_brick_interfaces are not on PyPI.
-        command += ['--cmake-args', f'-DPython3_EXECUTABLE={VENV}/bin/python3',
-                    '-DBUILD_TESTING=OFF']
-    run(command, env, f'building {len(changed)} of {len(folders)} packages',
+    setup_files = [*setup_files, ENVIRONMENT / 'standins' / 'local_setup.bash']
+    # The colcon scripts require an empty IFS because they do not quote the path to Python.
+    sourced = [f'IFS= source {shlex.quote(str(path))}' for path in setup_files if path.is_file()]
+    run(['bash', '-c', ' && '.join([*sourced, 'exec "$@"']), 'bash',
+         'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build',
+         '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
+         '--build-base', str(ENVIRONMENT / 'build'), '--install-base', str(install)],
+        {**clean_environment(), 'COLCON_DEFAULTS_FILE': os.devnull, 'PYTHONUTF8': '1'},
+        f'building {len(changed)} of {len(folders)} packages',
         f'colcon could not build {", ".join(changed)}. See its output above and in '
         '.ros/log/latest_build.')
-    write_record({**made, **current})
+    made.update(current)
+    write_record(made)
 
 
 def remove_environment() -> None:
@@ -331,17 +333,17 @@ def remove_environment() -> None:
     shutil.rmtree(ENVIRONMENT, ignore_errors=True)
 
 
-def make_native_environment(made: dict[str, str]) -> None:
-    """Build the packages against the sourced ROS installation."""
-    env = clean_environment()
-    env['COLCON_DEFAULTS_FILE'] = os.devnull
-    prefixes = [prefix for prefix in env.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if prefix]
-    build(prefixes, f'{sys.prefix} {VERSION}', made, [], env)
+def use_native() -> tuple[list[str], str, list[Path]]:
+    """Return the prefixes, the fingerprint and no setup files of the sourced ROS installation."""
+    prefixes = clean_environment().get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    mark = fingerprint(ENVIRONMENT, sys.prefix, VERSION, Path(__file__).read_bytes(),
+                       find_prefix('rclpy', prefixes))
+    return prefixes, mark, []
 
 
-def make_pypi_environment(made: dict[str, str]) -> None:
-    """Create the virtual environment if it is missing or outdated, and build the packages."""
-    sources = (REQUIREMENTS, LOCAL_SETUP, Path(__file__))
+def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
+    """Update the virtual environment; return its prefixes, fingerprint and setup files."""
+    sources = (REQUIREMENTS, *COPIED, Path(__file__))
     mark = fingerprint(VENV, BASE_PYTHON, *(path.read_bytes() for path in sources))
     if made.get('venv') != mark or not VENV.is_dir():
         check_path()
@@ -354,28 +356,38 @@ def make_pypi_environment(made: dict[str, str]) -> None:
             remove_environment()
             ENVIRONMENT.mkdir(exist_ok=True)
             make_venv()
-            made = {'venv': mark}
+            made.clear()
+            made['venv'] = mark
             write_record(made)
         except BaseException:
             remove_environment()
             raise
-    env = clean_environment()
-    # With these variables, CMake would also search the prefixes of another environment.
-    for name in ('CONDA_PREFIX', 'CMAKE_PREFIX_PATH'):
-        env.pop(name, None)
-    env.update(CMAKE_GENERATOR='Ninja', COLCON_DEFAULTS_FILE=os.devnull, PYTHONUTF8='1')
-    launcher = ['bash', '-c', 'source "$0" && exec "$@"', str(VENV / 'local_setup.bash')]
-    build([str(VENV)], mark, made, launcher, env)
+    if OWN_REQUIREMENTS.is_file():
+        own = fingerprint(OWN_REQUIREMENTS.read_bytes())
+        if made.get('own') != own:
+            pip_install(OWN_REQUIREMENTS.name, '-r', str(OWN_REQUIREMENTS))
+            made['own'] = own
+            write_record(made)
+    return [str(VENV)], mark, [VENV / 'local_setup.bash']
+
+
+def make_environment(kind: str, content: str) -> None:
+    """Create or update the environment described on the command line."""
+    made = read_record()
+    prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made)
+    build('standins', standins(prefixes), made, *underlay)
+    if content == 'packages':
+        names = ('turtle_brick_interfaces', 'turtle_brick')
+        build('install', {name: TOP / name for name in names}, made, *underlay)
 
 
 def main() -> int:
-    """Make the environment selected on the command line, and return the exit status."""
-    make = {'native': make_native_environment, 'pypi': make_pypi_environment}[sys.argv[1]]
+    """Make the environment and return the exit status."""
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)
     try:
         lock()
-        make(read_record())
+        make_environment(*sys.argv[1:])
     except SetupError as error:
         report(f'turtle_brick: {error}')
     except KeyboardInterrupt:

@@ -96,9 +96,9 @@ COLCON = f"""#!{os.path.realpath(sys.executable)}
 import pathlib, sys
 top = pathlib.Path.cwd()
 selected = sys.argv[sys.argv.index('--packages-select') + 1:sys.argv.index('--build-base')]
-(top / 'built').write_text(' '.join(selected))
+(top / 'built').write_text(' '.join([(top / 'built').read_text(), *selected]))
 for name in selected:
-    (top / '.ros' / 'install' / name).mkdir(parents=True)
+    pathlib.Path(sys.argv[-1], name).mkdir(parents=True)
 if (top / 'broken').exists():
     sys.exit('error: it is broken')
 """
@@ -119,9 +119,9 @@ def built(program, tmp_path, monkeypatch):
     executable(program.ENVIRONMENT / 'sourced' / INDEX / 'tf2_msgs')
     monkeypatch.setenv('AMENT_PREFIX_PATH', f'{program.ENVIRONMENT}/sourced:{tmp_path}/prefix')
 
-    def build(module=program):
+    def build(module=program, content='packages'):
         (module.TOP / 'built').write_text('')
-        module.make_native_environment(module.read_record())
+        module.make_environment('native', content)
         return (module.TOP / 'built').read_text().split()
 
     return build
@@ -143,13 +143,26 @@ def test_only_changed_packages_are_built_again(top, tmp_path, built):
                    lambda: content.rename(content.with_name('content.text'))):
         change()
         assert built() == ['turtle_brick']
-    for package, again in (('rclpy', EVERYTHING), ('tf2_msgs', []), ('tf2_ros_py', [])):
+    for package, again in (('rclpy', EVERYTHING), ('tf2_msgs', []), ('tf2_ros', [])):
         executable(tmp_path / 'prefix' / INDEX / package)
         assert built() == again
     assert {path.name for path in (top / '.ros/install').iterdir()} == set(EVERYTHING[2:])
+    assert list((top / '.ros/standins').iterdir()) == []
     shutil.rmtree(top / '.ros/install/turtle_brick')
     assert built() == ['turtle_brick']
     assert built(load(top.rename(top.with_name('moved')))) == EVERYTHING[2:]
+
+
+def test_the_standins_are_built_without_the_packages(top, built, program):
+    assert built(content='ros') == EVERYTHING[:2]
+    assert built() == EVERYTHING[2:]
+    executable(top / 'turtle_brick/content.txt', 'changed')
+    executable(program.SHARED_FILES['turtlesim'], 'changed')
+    assert built(content='ros') == []
+    shutil.copytree(top / 'turtle_brick/standins/tf2_ros', top / 'turtle_brick/standins/turtlesim')
+    assert built(content='ros') == ['turtlesim']
+    executable(program.SHARED_FILES['turtlesim'], 'changed again')
+    assert built() == ['turtlesim', 'turtle_brick']
 
 
 def test_a_failed_build_is_reported_and_repeated(top, program, built, capsys):
@@ -168,22 +181,22 @@ def test_a_failed_build_is_reported_and_repeated(top, program, built, capsys):
 
 
 PYTHON = """#!/bin/sh
-if [ "$1 $2" = "-m venv" ]; then
-  mkdir -p "$3/bin" && cp "$0" "$3/bin/python" && : > "$3/attempt"
+if [ "$2 $3" = "-m venv" ]; then
+  mkdir -p "$4/bin" && cp "$0" "$4/bin/python" && : > "$4/attempt"
 elif [ "$1 $2" = "-m pip" ]; then
-  echo "$PIP_SAYS"
-  if [ "$PIP_SAYS" = wait ]; then while kill -0 $PPID; do sleep 0.05; done; fi
+  echo "$SAID${PIP_TARGET-}"
+  if [ "$SAID" = wait ]; then while kill -0 $PPID; do sleep 0.05; done; fi
   exit 1
 fi
 """
-"""Replacement for Python whose pip prints $PIP_SAYS and then fails. If $PIP_SAYS is "wait", pip
-first waits until its parent has exited."""
+"""Replacement for Python whose pip prints $SAID and then fails. If $SAID is "wait", pip first waits
+until its parent has exited."""
 
 
-def refusal(program, make='make_pypi_environment'):
+def refusal(program, kind='pypi'):
     """Check that making an environment fails and leaves no files, and return the error message."""
     with pytest.raises(program.SetupError) as refused:
-        getattr(program, make)({})
+        program.make_environment(kind, 'packages')
     assert not program.ENVIRONMENT.exists()
     return str(refused.value)
 
@@ -201,7 +214,7 @@ def test_an_unsupported_machine_is_refused(program, monkeypatch, module, name, v
 def test_a_missing_program_is_named(program, tmp_path, monkeypatch):
     monkeypatch.setenv('PATH', f'{tmp_path}/tools')
     monkeypatch.setenv('AMENT_PREFIX_PATH', '')
-    assert 'colcon' in refusal(program, 'make_native_environment')
+    assert 'colcon' in refusal(program, 'native')
     assert 'No C compiler' in refusal(program)
     executable(tmp_path / 'tools' / 'gcc')
     sentence = refusal(program)
@@ -219,9 +232,11 @@ def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, 
 
 def test_the_output_of_pip_is_shown(top, program, monkeypatch, capsys):
     monkeypatch.setattr(program, 'BASE_PYTHON', executable(top.with_name('python'), PYTHON))
-    monkeypatch.setenv('PIP_SAYS', 'ERROR: No space left')
+    monkeypatch.setenv('SAID', 'ERROR: No space left')
+    monkeypatch.setenv('PIP_TARGET', '/elsewhere')
     assert 'pip could not install' in refusal(program)
-    assert 'ERROR: No space left' in capsys.readouterr().err
+    output = capsys.readouterr().err
+    assert 'ERROR: No space left' in output and '/elsewhere' not in output
 
 
 def test_unfinished_results_are_deleted(program, monkeypatch):
@@ -229,17 +244,17 @@ def test_unfinished_results_are_deleted(program, monkeypatch):
         executable(program.ENVIRONMENT / path)
     for name in ('make_venv', 'build'):
         monkeypatch.setattr(program, name, lambda *_: None)
-    program.make_pypi_environment({})
+    program.make_environment('pypi', 'packages')
     assert [path.name for path in program.ENVIRONMENT.iterdir()] == ['made.json']
 
 
-def started(top, pip_says):
+def started(top, said):
     script = f"""import sys
 sys.path.insert(0, {str(top / 'turtle_brick' / 'scripts')!r})
 import make_environment
 make_environment.BASE_PYTHON = {str(executable(top.with_name('python'), PYTHON))!r}
 sys.exit(make_environment.main())"""
-    return Process([sys.executable, '-c', script, 'pypi'], {'PIP_SAYS': pip_says})
+    return Process([sys.executable, '-c', script, 'pypi', 'packages'], {'SAID': said})
 
 
 @pytest.fixture

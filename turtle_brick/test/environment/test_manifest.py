@@ -48,7 +48,7 @@ MAY_IMPORT = {
     'graph_client': ['graph_client'],
     'graph_view': ['graph_view', 'graph_client'],
     'turtle_referee': ['turtle_referee', 'graph_client'],
-    'standins': ['turtle_brick.core.turtlesim_kinematics'],
+    'standins': [],
 }
 """Modules and packages in this workspace that each folder or file may import."""
 

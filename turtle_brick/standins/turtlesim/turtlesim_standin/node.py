@@ -57,9 +57,10 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
-from turtle_brick.core.turtlesim_kinematics import QUEUE_DEPTH, TICK, Turtle, TurtlePose, TurtleSim
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
+from turtlesim_standin.turtlesim_kinematics import (
+    QUEUE_DEPTH, TICK, Turtle, TurtlePose, TurtleSim)
 
 
 def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
