@@ -1,0 +1,128 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Conversions between rotations, based on transforms3d.
+
+Quaternions have the order x, y, z, w. Matrices are homogeneous 4 x 4 matrices. Angles are in radians,
+and `axes` is one of the 24 conventions of transforms3d (default: rotations about the static x, y
+and z axes).
+"""
+
+from collections.abc import Sequence
+from functools import reduce
+from typing import NoReturn
+
+import numpy
+from transforms3d import affines, axangles, euler, quaternions
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Raise an error that explains why a name is missing."""
+    raise (AttributeError if name.startswith('__') else ImportError)(
+        f'{name} is not in the stand-in for tf_transformations: check its spelling, use another '
+        'function, or install the real ROS 2 Jazzy')
+
+
+def _w_first(quaternion: Sequence[float]) -> tuple:
+    x, y, z, w = quaternion
+    return w, x, y, z
+
+
+def _w_last(quaternion: Sequence[float]) -> tuple:
+    w, x, y, z = quaternion
+    return x, y, z, w
+
+
+def _homogeneous(rotation) -> numpy.ndarray:
+    return affines.compose(numpy.zeros(3), rotation, numpy.ones(3))
+
+
+def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> tuple:
+    """Return the quaternion for three Euler angles."""
+    return _w_last(euler.euler2quat(ai, aj, ak, axes))
+
+
+def quaternion_from_matrix(matrix) -> tuple:
+    """Return the quaternion for the rotation in a matrix."""
+    return _w_last(quaternions.mat2quat(numpy.asarray(matrix)[:3, :3]))
+
+
+def quaternion_about_axis(angle: float, axis: Sequence[float]) -> tuple:
+    """Return the quaternion for a rotation about an axis."""
+    return _w_last(quaternions.axangle2quat(axis, angle))
+
+
+def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[float]) -> tuple:
+    """Return the product of two quaternions, which applies the second rotation first."""
+    return _w_last(quaternions.qmult(_w_first(quaternion1), _w_first(quaternion0)))
+
+
+def quaternion_conjugate(quaternion: Sequence[float]) -> tuple:
+    """Return the conjugate of a quaternion."""
+    return _w_last(quaternions.qconjugate(_w_first(quaternion)))
+
+
+def quaternion_inverse(quaternion: Sequence[float]) -> tuple:
+    """Return the inverse of a quaternion."""
+    return _w_last(quaternions.qinverse(_w_first(quaternion)))
+
+
+def quaternion_matrix(quaternion: Sequence[float]) -> numpy.ndarray:
+    """Return the rotation matrix for a quaternion."""
+    return _homogeneous(quaternions.quat2mat(_w_first(quaternion)))
+
+
+def euler_from_quaternion(quaternion: Sequence[float], axes: str = 'sxyz') -> tuple:
+    """Return the three Euler angles for a quaternion."""
+    return euler.quat2euler(_w_first(quaternion), axes)
+
+
+def euler_from_matrix(matrix, axes: str = 'sxyz') -> tuple:
+    """Return the three Euler angles for the rotation in a matrix."""
+    return euler.mat2euler(numpy.asarray(matrix)[:3, :3], axes)
+
+
+def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> numpy.ndarray:
+    """Return the rotation matrix for three Euler angles."""
+    return _homogeneous(euler.euler2mat(ai, aj, ak, axes))
+
+
+def rotation_matrix(angle: float, direction: Sequence[float], point=None) -> numpy.ndarray:
+    """Return the matrix for a rotation about an axis through a point (default: the origin)."""
+    return axangles.axangle2aff(direction, angle, point)
+
+
+def identity_matrix() -> numpy.ndarray:
+    """Return the identity matrix."""
+    return numpy.identity(4)
+
+
+def translation_matrix(direction: Sequence[float]) -> numpy.ndarray:
+    """Return the matrix for a translation."""
+    return affines.compose(direction, numpy.identity(3), numpy.ones(3))
+
+
+def inverse_matrix(matrix) -> numpy.ndarray:
+    """Return the inverse of a matrix."""
+    return numpy.linalg.inv(matrix)
+
+
+def concatenate_matrices(*matrices) -> numpy.ndarray:
+    """Return the product of matrices."""
+    return reduce(numpy.dot, matrices, numpy.identity(4))
+
+
+def unit_vector(data) -> numpy.ndarray:
+    """Return a vector divided by its length."""
+    return numpy.asarray(data) / numpy.linalg.norm(data)
