@@ -50,7 +50,8 @@ def sourced(script, **arguments):
 IMPORTS = """python3 -c '
 import geometry_msgs.msg, nav_msgs.msg, sensor_msgs.msg, std_srvs.srv, visualization_msgs.msg
 import rclpy, tf2_msgs.msg, tf2_ros, turtlesim.msg, turtlesim.srv, xacro, yaml
-import turtle_brick, turtle_referee, turtle_brick_interfaces.msg, turtle_brick_interfaces.srv'"""
+import turtle_brick, turtle_referee, turtle_brick_interfaces.msg, turtle_brick_interfaces.srv
+rclpy.init()'"""
 
 
 @with_environment
@@ -73,13 +74,25 @@ def test_the_pypi_environment_ignores_the_environment_of_the_caller(tmp_path):
     assert sourced(
         IMPORTS, PYTHONPATH=str(tmp_path), PYTHONHOME=str(tmp_path), LD_LIBRARY_PATH=None,
         VIRTUAL_ENV='/some/where', CONDA_PREFIX='/some/conda', RMW_IMPLEMENTATION='rmw_other',
-        AMENT_PREFIX_PATH=None, ROS_DISTRO=None, PATH='/usr/local/bin:/usr/bin:/bin', CDPATH='/',
-        PYTHON=None, COLCON_PYTHON_EXECUTABLE=str(python)) == (0, '', '')
+        ROS_LOCALHOST_ONLY='0', ROS_LOG_DIR=None, HOME='/dev/null', AMENT_PREFIX_PATH=None,
+        ROS_DISTRO=None, PATH='/usr/local/bin:/usr/bin:/bin', CDPATH='/', PYTHON=None,
+        COLCON_PYTHON_EXECUTABLE=str(python)) == (0, '', '')
     # The first line of a script must not contain a path with spaces.
     shebangs = {path.read_bytes().split(b'\n')[0]
-                for path in Path(ENVIRONMENT, 'install').glob('*/lib/*/*')
+                for base in ('install', 'standins')
+                for path in Path(ENVIRONMENT, base).glob('*/lib/*/*')
                 if path.is_file() and os.access(path, os.X_OK) and '.so' not in path.name}
     assert shebangs == {b'#!/usr/bin/env python3', b'#!/bin/sh'}
+
+
+@with_environment
+def test_ros_bash_hides_the_packages_that_env_bash_provides():
+    ros = shlex.quote(str(SCRIPTS / 'ros.bash'))
+    status, output, errors = sourced(
+        f'source {ros}; python3 -c "import rclpy, tf2_ros, turtlesim.srv; import turtle_brick"\n'
+        f'echo "$?"; ros2 pkg prefix turtle_brick; env | grep {ENVIRONMENT}/install')
+    assert (status, output) == (1, '1\n')
+    assert "No module named 'turtle_brick'" in errors and 'Package not found' in errors
 
 
 STATE = r"""
@@ -139,10 +152,10 @@ def unbuilt(tmp_path):
     return tmp_path / 'workspace' / 'turtle_brick' / 'scripts' / 'env.bash', tools
 
 
-def refusal(env_bash, **variables):
+def refusal(env_bash, command='', **variables):
     """Check that env.bash fails and creates no files, and return the error message."""
     status, output, errors = shell(
-        f'source {shlex.quote(str(env_bash))}\necho "$?"\ndeclare -F', **{
+        f'{command}\nsource {shlex.quote(str(env_bash))}\necho "$?"\ndeclare -F', **{
             'ROS_DISTRO': None, 'TURTLE_BRICK_ENVIRONMENT': None, 'VIRTUAL_ENV': None,
             'PYTHON': None, **variables})
     assert (status, output) == (0, '1\n')
@@ -151,8 +164,22 @@ def refusal(env_bash, **variables):
     return errors
 
 
-def test_another_distribution_is_refused(unbuilt):
-    assert 'humble' in refusal(unbuilt[0], ROS_DISTRO='humble')
+@pytest.mark.parametrize('command, variables, words', [
+    ('', {'ROS_DISTRO': 'humble'}, 'humble'),
+    ('', {'ROS_DOMAIN_ID': '300'}, "'300', but must be"),
+    ('', {'ROS_DOMAIN_ID': 'one'}, "'one', but must be"),
+    ('unset BASH_VERSION', {}, 'requires bash')])  # Only bash sets this variable.
+def test_an_unsuitable_shell_is_refused(unbuilt, command, variables, words):
+    assert words in refusal(unbuilt[0], command, **variables)
+
+
+def test_a_python_without_the_packages_of_ros_is_refused(unbuilt):
+    """A conda environment with the Python version of ROS can import rclpy, but cannot build."""
+    env_bash, tools = unbuilt
+    (tools / 'python3').write_text('#!/bin/sh\n[ "$2" = "import rclpy" ]\n')
+    (tools / 'python3').chmod(0o755)
+    sentence = refusal(env_bash, PATH=str(tools), ROS_DISTRO='jazzy')
+    assert str(tools / 'python3') in sentence and 'conda' in sentence
 
 
 @without_ros

@@ -189,8 +189,8 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""Replacement for Python whose pip prints $SAID and then fails. If $SAID is "wait", pip first waits
-until its parent has exited."""
+"""Replacement for Python whose pip prints $SAID and then fails. If $SAID is "wait", pip first
+waits until its parent has exited."""
 
 
 def refusal(program, kind='pypi'):

@@ -56,7 +56,8 @@ MAY_IMPORT = {
 def imports(*patterns):
     """Return the full names of all modules imported by files that match the patterns."""
     names = set()
-    for path in [path for pattern in patterns for path in PACKAGE.glob(pattern)]:
+    paths = [path for pattern in patterns for path in PACKAGE.glob(pattern)]
+    for path in [path for path in paths if 'workspaces' not in path.parts]:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Import):
                 names.update(alias.name for alias in node.names)

@@ -14,9 +14,9 @@
 """
 Conversions between rotations, based on transforms3d.
 
-Quaternions have the order x, y, z, w. Matrices are homogeneous 4 x 4 matrices. Angles are in radians,
-and `axes` is one of the 24 conventions of transforms3d (default: rotations about the static x, y
-and z axes).
+Quaternions have the order x, y, z, w. Matrices are homogeneous 4 x 4 matrices. Angles are in
+radians, and `axes` is one of the 24 conventions of transforms3d (default: rotations about the
+static x, y and z axes).
 """
 
 from collections.abc import Sequence
