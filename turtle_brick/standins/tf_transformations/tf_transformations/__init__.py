@@ -68,14 +68,14 @@ def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[floa
     return _w_last(quaternions.qmult(_w_first(quaternion1), _w_first(quaternion0)))
 
 
-def quaternion_conjugate(quaternion: Sequence[float]) -> tuple:
+def quaternion_conjugate(quaternion: Sequence[float]) -> numpy.ndarray:
     """Return the conjugate of a quaternion."""
-    return _w_last(quaternions.qconjugate(_w_first(quaternion)))
+    return numpy.multiply(quaternion, (-1.0, -1.0, -1.0, 1.0))
 
 
-def quaternion_inverse(quaternion: Sequence[float]) -> tuple:
+def quaternion_inverse(quaternion: Sequence[float]) -> numpy.ndarray:
     """Return the inverse of a quaternion."""
-    return _w_last(quaternions.qinverse(_w_first(quaternion)))
+    return quaternion_conjugate(quaternion) / numpy.dot(quaternion, quaternion)
 
 
 def quaternion_matrix(quaternion: Sequence[float]) -> numpy.ndarray:
