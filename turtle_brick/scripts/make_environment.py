@@ -51,9 +51,9 @@ import time
 
 SCRIPTS = Path(__file__).resolve().parent
 REQUIREMENTS = SCRIPTS / 'requirements.txt'
-OWN_REQUIREMENTS = SCRIPTS.parents[1] / '.ros-requirements.txt'
 COPIED = (SCRIPTS / 'local_setup.bash', SCRIPTS / 'fastdds.xml')
 TOP = SCRIPTS.parents[1]
+OWN_REQUIREMENTS = TOP / '.ros-requirements.txt'
 ENVIRONMENT = TOP / '.ros'
 VENV = ENVIRONMENT / 'venv'
 RECORD = ENVIRONMENT / 'made.json'
@@ -240,7 +240,8 @@ def pip_install(packages: str, *arguments: str) -> None:
            if not name.startswith(('PIP_', 'PYTHON')) or NETWORK_OPTION.search(name)}
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
                PIP_DISABLE_PIP_VERSION_CHECK='1', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
-    run([f'{VENV}/bin/python', '-m', 'pip', 'install', *arguments], env,
+    cache = [] if os.access(os.path.expanduser('~'), os.W_OK) else ['--no-cache-dir']
+    run([f'{VENV}/bin/python', '-m', 'pip', 'install', *cache, *arguments], env,
         f'downloading and installing {packages}',
         f'pip could not install {packages}. See its output above. Check the network connection '
         'and the proxy and index of pip, and try again.')
@@ -312,9 +313,9 @@ def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
         shutil.rmtree(install / name, ignore_errors=True)
     if not changed:
         return
-    setup_files = [*setup_files, ENVIRONMENT / 'standins' / 'local_setup.bash']
     # The colcon scripts require an empty IFS because they do not quote the path to Python.
-    sourced = [f'IFS= source {shlex.quote(str(path))}' for path in setup_files if path.is_file()]
+    sourced = [f'IFS= source {shlex.quote(str(path))}' for path in (
+        *setup_files, ENVIRONMENT / 'standins/local_setup.bash') if path.is_file()]
     run(['bash', '-c', ' && '.join([*sourced, 'exec "$@"']), 'bash',
          'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build',
          '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
