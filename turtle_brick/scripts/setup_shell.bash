@@ -144,6 +144,9 @@ _turtle_brick_set_up() {
 }
 
 # inside "if", the option errexit of the calling script has no effect
-if _turtle_brick_set_up "$1"; then set -- 0; else set -- 1; fi
-unset -f _turtle_brick_{remove,python,set_up}
-return "$1"
+if _turtle_brick_set_up "$1"; then
+  unset -f _turtle_brick_{remove,python,set_up}
+else
+  unset -f _turtle_brick_{remove,python,set_up}
+  return 1
+fi

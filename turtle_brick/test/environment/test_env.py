@@ -96,7 +96,7 @@ def test_ros_bash_hides_the_packages_that_env_bash_provides():
 
 
 STATE = r"""
-{ shopt -p; shopt -po; trap -p; declare -F; } | grep -v COLCON_TRACE
+echo "$#"; { shopt -p; shopt -po; trap -p; declare -F; } | grep -v COLCON_TRACE
 compgen -v | grep -v -x -E 'BASH.*|_|SECONDS|RANDOM|SRANDOM|EPOCH.*|PIPESTATUS|LINENO' | sort
 """
 
