@@ -153,15 +153,15 @@ def test_only_changed_packages_are_built_again(top, tmp_path, built):
     assert built(load(top.rename(top.with_name('moved')))) == EVERYTHING[2:]
 
 
-def test_the_standins_are_built_without_the_packages(top, built, program):
+def test_the_standins_are_built_without_the_packages(top, built):
     assert built(content='ros') == EVERYTHING[:2]
     assert built() == EVERYTHING[2:]
-    executable(top / 'turtle_brick/content.txt', 'changed')
-    executable(program.SHARED_FILES['turtlesim'], 'changed')
+    shared = top / 'turtle_brick/turtle_brick/core/turtlesim_kinematics.py'
+    executable(shared, 'changed')
     assert built(content='ros') == []
     shutil.copytree(top / 'turtle_brick/standins/tf2_ros', top / 'turtle_brick/standins/turtlesim')
     assert built(content='ros') == ['turtlesim']
-    executable(program.SHARED_FILES['turtlesim'], 'changed again')
+    executable(shared, 'changed again')
     assert built() == ['turtlesim', 'turtle_brick']
 
 

@@ -14,7 +14,7 @@
 """
 The stand-in for turtlesim_node from turtlesim 1.8.2, without a window.
 
-turtle_brick.core.turtlesim_kinematics computes the motion and is tested against recordings.
+turtlesim_kinematics computes the motion and is tested against recordings.
 
 Publishes these topics for each turtle every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
