@@ -46,7 +46,7 @@ PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'sou
 NOT_RUN = {
     'rosdep install|pip install|npm install': 'it installs packages',
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'it would run this test',
-    'source install/setup.bash': 'it belongs to another workspace',
+    'source (install|/opt/ros/jazzy)/setup.bash': 'it belongs to another workspace',
     '(python3 turtle_brick/scripts/|ros2 run turtle_brick )referee': 'it has its own tests',
     'ros2 run turtle_brick benchmark': 'it takes minutes; test_benchmark.py runs it',
     'python3 turtle_brick/scripts/record_rviz|ffmpeg ': 'it requires rviz2',
