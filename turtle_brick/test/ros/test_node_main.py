@@ -45,9 +45,13 @@ class Probe(Node):
             print('up', type(self.executor).__name__, flush=True)
         {tick}
 
+    async def other_tick(self):
+        print('async', flush=True)
+        self.other_timer.cancel()
+
 sys.argv[0] = '/opt/some/lib/probe'  # `ros2 run` uses the absolute path.
 with init():
-    spin(Probe())
+    spin(Probe(), {executor})
 """
 """Program whose node prints a line when its timer callback is first called."""
 
@@ -62,8 +66,8 @@ def start(domain_id):
     """Return a function that starts PROGRAM, and kill all started programs after the test."""
     started = []
 
-    def start(*args, before='', construct='', tick=''):
-        code = PROGRAM.format(before=before, construct=construct, tick=tick)
+    def start(*args, before='', construct='', tick='', executor=None):
+        code = PROGRAM.format(before=before, construct=construct, tick=tick, executor=executor)
         started.append(subprocess.Popen([sys.executable, '-c', code, *args], text=True,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE))
         return started[-1]
@@ -93,6 +97,16 @@ def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, before, 
     assert sum(process.cpu_times()[:2]) - used < 0.15 * (monotonic() - begin)
     for _ in range(3):
         program.send_signal(number)
+    assert end_of(program) == (0, [])
+
+
+def test_another_executor_runs_coroutines(start):
+    program = start(executor='SingleThreadedExecutor()',
+                    before='from rclpy.executors import SingleThreadedExecutor',
+                    construct='self.other_timer = self.create_timer(0.01, self.other_tick)')
+    assert {program.stdout.readline() for _ in range(2)} == {
+        'up SingleThreadedExecutor\n', 'async\n'}
+    program.terminate()
     assert end_of(program) == (0, [])
 
 

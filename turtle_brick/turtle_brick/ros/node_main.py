@@ -66,9 +66,13 @@ def init(args: list[str] | None = None) -> Iterator[None]:
         rclpy.try_shutdown()
 
 
-def spin(node: Node) -> None:
-    """Spin a node until Ctrl-C or SIGTERM, and then destroy the node."""
-    executor = make_executor()
+def spin(node: Node, executor: Executor | None = None) -> None:
+    """
+    Spin a node until Ctrl-C or SIGTERM, and then destroy the node.
+
+    :param executor: executor for the node, by default the one from `make_executor`
+    """
+    executor = executor or make_executor()
     executor.add_node(node)
     while not _shutdown_requested.is_set():
         executor.spin_once(timeout_sec=SPIN_TIMEOUT)
@@ -80,7 +84,8 @@ def make_executor(context: Context | None = None) -> Executor:
     """
     Return an experimental EventsExecutor, or a SingleThreadedExecutor if rclpy predates 7.1.4.
 
-    A SingleThreadedExecutor uses three times as much processor time as an EventsExecutor.
+    A SingleThreadedExecutor uses three times as much processor time as an EventsExecutor, but it
+    can also run callbacks that are coroutines (`async def`).
     """
     try:
         from rclpy.experimental import EventsExecutor
