@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Read those settings of an rviz2 configuration file that the page supports."""
+"""Read the supported settings from an rviz2 configuration file."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ import yaml
 class Settings(NamedTuple):
     """Settings of the page. The default values are used without a configuration file."""
 
-    fixed_frame: str = ''  # If empty, world, or the root link of a robot outside of world.
+    fixed_frame: str = ''  # Empty for world, or for the robot's root link if world is missing.
     shows_frames: bool = False  # Whether the axes of the frames are visible at first.
     hidden_frames: frozenset[str] = frozenset()
     description_topic: str = 'robot_description'

@@ -22,7 +22,8 @@ these topics. The content of the page is defined in page.py. The options are tho
 Subscribes:
     robot_description (std_msgs/String, latched): the shapes of the robot
     /tf, /tf_static: the poses of all frames
-    every topic of type visualization_msgs/Marker or visualization_msgs/MarkerArray
+    every topic in the node's namespace with the type visualization_msgs/Marker or
+        visualization_msgs/MarkerArray
     goal_pose (geometry_msgs/PoseStamped): the goal of the robot
     tilt (any type with a floating-point field): the angle of the platform (rad)
     brick_state, catcher_state, catcher_decision (std_msgs/String, latched): the states of the
@@ -30,7 +31,7 @@ Subscribes:
     cmd_vel, turtle1/cmd_vel (geometry_msgs/Twist), odom (nav_msgs/Odometry),
         joint_states (sensor_msgs/JointState): used only for their message rates
 
-Publishes goal_pose and tilt, and calls the services place and drop, for commands from the page.
+Publishes goal_pose and tilt, and calls the services place and drop, when a user enters a command.
 
 Parameters, read-only:
     host (string, default 127.0.0.1): the network interface of the page; 0.0.0.0 for all interfaces
@@ -256,7 +257,7 @@ class Viewer(Node):
 
 
 def parse(name: str, args: list[str]) -> Settings:
-    """Return the settings in the command line. Other arguments of rviz2 have no effect."""
+    """Return the settings from the command line. Other arguments of rviz2 have no effect."""
     parser = argparse.ArgumentParser(prog=name, description='Show a graph in the browser.')
     parser.add_argument('-d', '--display-config', metavar='FILE', help='rviz2 configuration file')
     parser.add_argument('-f', '--fixed-frame', metavar='FRAME', help='fixed frame')

@@ -53,7 +53,7 @@ MIN_NORMAL_Z = 1e-9
 
 
 class Phase(Enum):
-    """What the brick is doing."""
+    """Phase of the brick's motion."""
 
     HOVERING = 'hovering'
     FALLING = 'falling'
@@ -183,7 +183,7 @@ class World:
 
     @property
     def pose_on_platform(self) -> Pose | None:
-        """Get the brick's pose in the platform frame, or None if it is not riding on one."""
+        """Get the brick's pose in the platform frame, or None if the brick is not riding."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
         x, y = self._slide_position

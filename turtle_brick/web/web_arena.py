@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Run the exercise in the web page, which loads this module with Pyodide."""
+"""Run the exercise on the web page, which loads this module with Pyodide."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
@@ -75,7 +75,7 @@ class WebArena:
                                              upper=self._valid_limit(name, rule.upper))
 
     def _valid_limit(self, name: str, limit: float) -> float:
-        """Return the value of a parameter nearest to a limit with which the robot can be built."""
+        """Return the value that is nearest to a limit and valid in the robot description."""
         valid, invalid, tried = self.defaults[name], limit, limit
         for _ in range(10):
             try:

@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Track the brick from its positions.
+Track the motion of the brick in a sequence of its positions.
 
 `Fall` describes a free fall without drag, and `FallDetector` distinguishes a fall from other
-motions. `BrickTracker` also remembers whether the brick has landed on the platform and for how
-long it has been still. All timestamps (ns) come from one clock.
+motions. `BrickTracker` also records whether the brick has landed on the platform, and measures the
+time for which the brick has been still. All timestamps (ns) come from one clock.
 """
 
 from collections import deque
@@ -127,7 +127,7 @@ class FallDetector:
 
 
 class BrickTracker:
-    """Record the positions of the brick."""
+    """Record the positions of the brick, and detect its falls and landings."""
 
     def __init__(self, gravity: float, resting_height: float) -> None:
         """
@@ -137,7 +137,7 @@ class BrickTracker:
         :param resting_height: height (m) of the center of a brick on the level platform
         """
         self.position: Vector = (inf, inf, inf)
-        """Latest center (m) of the brick in the world frame, infinite before the first one."""
+        """Latest center (m) of the brick in the world frame, infinite before any observation."""
         self.has_landed = False
         """Whether the brick has landed on the platform and is still at its resting height."""
         self._resting_height = resting_height
@@ -172,13 +172,13 @@ class BrickTracker:
         """
         fall, height_before = self.fall, self.position[2]
         self._detector.observe(stamp, position)
-        # Another arena may not attach the brick. Its brick has landed if its fall ends when it
-        # reaches the resting height.
+        # The arena in another workspace may leave world as the parent of a riding brick. In this
+        # case, the brick has landed if its fall ends when the brick reaches the resting height.
         has_fallen = (fall is not None and self.fall is None
                       and height_before > self._resting_height - HEIGHT_TOLERANCE
                       and fall.height(stamp, self._detector.gravity)
                       < self._resting_height + HEIGHT_TOLERANCE)
-        # Our arena detaches a brick only when it leaves the platform or is placed.
+        # Our arena detaches a brick only when the brick leaves the platform or is placed.
         was_detached = self._is_attached and not is_attached
         self.has_landed = (
             (is_attached or has_fallen or (self.has_landed and not was_detached))

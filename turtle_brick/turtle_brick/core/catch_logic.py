@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-Decide what the robot does to catch the brick, carry it to the center, and tip it off.
+Compute the goals and tilt commands for catching the brick, carrying it, and tipping it off.
 
     WAITING --> APPROACHING --> CARRYING --> TILTING --> LEVELING --> WAITING
 
-`Catcher` works in four stages: it records what TF shows (track), decides once per fall whether the
-brick is reachable (decide), computes the next state (transition), and returns the goals and tilt
-commands to publish (command). All timestamps (ns) come from one clock.
+`Catcher` works in four stages: it records the transforms (track), decides once per fall whether
+the brick is reachable (decide), computes the next state (transition), and returns the goals and
+tilt commands to publish (command). All timestamps (ns) come from one clock.
 """
 
 from enum import Enum
@@ -90,7 +90,7 @@ class Observation(NamedTuple):
     is_at_center: bool = False
     """Whether the robot is at rest in the center of the arena."""
     is_level_commanded: bool = True
-    """Whether the last tilt command was 0, or none has been published."""
+    """Whether the last tilt command was 0, or no tilt command has been published."""
 
 
 def transition(state: State, observation: Observation) -> State:
@@ -101,9 +101,9 @@ def transition(state: State, observation: Observation) -> State:
 
         APPROACHING --> CARRYING    the brick is on the platform
         APPROACHING --> LEVELING    the brick no longer falls toward the platform
-        CARRYING    --> LEVELING    the brick is no longer on the platform, or the robot is lost
+        CARRYING    --> LEVELING    the brick has left the platform, or the robot is unavailable
         CARRYING    --> TILTING     the robot has arrived at the center
-        TILTING     --> LEVELING    the brick has come to rest beside the platform, or a timeout
+        TILTING     --> LEVELING    the brick rests beside the platform, or after TILTING_TIMEOUT
         LEVELING    --> WAITING     the platform has been commanded to be level
         WAITING     --> CARRYING    a brick lies on the level platform of a robot at rest
 
@@ -246,7 +246,7 @@ class Catcher:
                 and robot.distance_to(goal) <= GOAL_TOLERANCE)
 
     def _new_goal(self, previous: State) -> tuple[float, float] | None:
-        """Return the goal (m, world frame) after a change of the state, or None without one."""
+        """Return a goal (m, world frame) if the state or the robot requires one, or None."""
         robot, state = self.robot.state, self.state
         if state is State.CARRYING and previous is not State.CARRYING:
             return CENTER

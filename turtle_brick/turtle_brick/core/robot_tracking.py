@@ -59,7 +59,7 @@ class RobotTracker:
         self.state: RobotState | None = None
         """State of the robot at its latest transform, or None if the robot is unavailable."""
         self.response_time = 0.0
-        """Time (s) that a late robot needed to respond to a goal, or 0 if it was never late."""
+        """Time (s) that a late robot needed to respond to a goal, or 0 if no robot was late."""
         self._latency = command_latency
         self._stamp = 0
         self._last_motion = 0
@@ -70,7 +70,7 @@ class RobotTracker:
         """Time (ns) of a goal that a robot at rest has yet to respond to, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
-        """Record the platform at `stamp` (ns), or None if the robot is unavailable."""
+        """Record the platform at a given time (ns). None means that the robot is unavailable."""
         if platform is None:
             self.state = self._awaited_goal_time = None
             return

@@ -109,7 +109,7 @@ def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped |
 
 
 def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
-    """Return the pose of a `recent_transform` in the world frame, or None."""
+    """Return the pose of a moving frame in world, or None if it is unknown or too old."""
     transform = recent_transform(buffer, frame, now)
     return pose_of(transform.transform) if transform else None
 
@@ -161,13 +161,13 @@ class GuardedListener(TransformListener):
         super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:
-        """Store a message from /tf, and call `on_transform` for each stored transform."""
+        """Store the harmless transforms from a /tf message, and call `on_transform` for each."""
         now = self.node.get_clock().now().nanoseconds
         for transform in self.store(data, False, now):
             self._on_transform(transform)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Store a message from /tf_static."""
+        """Store the harmless transforms from a /tf_static message."""
         self.store(data, True, self.node.get_clock().now().nanoseconds)
 
     def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:

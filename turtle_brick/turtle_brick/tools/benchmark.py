@@ -231,7 +231,7 @@ def main(args: Sequence[str] | None = None) -> int:
         prog='benchmark', description='Measure processor time, message intervals and reaction '
         'times in the live graph. The machine must be otherwise idle.')
     parser.add_argument('--seconds', type=float, default=60.0, metavar='T',
-                        help='duration of each of the two idle windows (s, default: 60)')
+                        help='duration of each of the two idle periods (s, default: 60)')
     parser.add_argument('--drops', type=positive_int, default=20, metavar='N',
                         help='number of drops (default: 20)')
     parser.add_argument('--output', type=Path, default=Path('.'), metavar='DIR',

@@ -139,7 +139,7 @@ def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNor
 
 
 def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -> None:
-    """Draw circles at the guaranteed and the latency-free distance for each height (m)."""
+    """Draw the guaranteed and the latency-free distance as circles for each height (m)."""
     guarantee = (f'a catch is guaranteed inside: {parameters.max_velocity:g} m/s × (fall time − '
                  f'{DETECTION_TIME + parameters.command_latency:g} s) + platform radius')
     impossible = 'a catch is impossible outside, even without any latency'
@@ -227,7 +227,8 @@ LINKS = {
     'moved': ('turtlesim', 'its queue of seven commands is always full', CAUGHT),
     'known': ('turtle_robot', 'broadcasts the motion in its next cycle', ROBOT),
 }
-"""Successive delays from the release to the motion, each with node, description and color."""
+"""Node, description and color for each successive delay from the release of a brick to the first
+transform that shows the motion of the robot."""
 
 
 def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float]]]) -> None:

@@ -64,7 +64,7 @@ JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
 
 
 class DropResult(NamedTuple):
-    """The events in a drop, with lengths in m and times in s."""
+    """The result of a drop, with lengths in m and times in s."""
 
     brick: Vector  # Position at the release.
     robot: tuple[float, float]  # Position at the release.
@@ -208,7 +208,7 @@ class Simulation:
                 driver.drive_to(*within_arena(action.x, action.y))
         self.commanded = driver.command(now * SECONDS_PER_NS)
         self._to_turtle.append((now + self._transport, *self.commanded))
-        # Sending states only when they change makes a sweep 10 % faster.
+        # Sending robot states only when they change makes a sweep 10 % faster.
         state = (driver.pose, self.tilt_angle)
         if driver.pose is not None and state != self._last_state:
             self._last_state = state

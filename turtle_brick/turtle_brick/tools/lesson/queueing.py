@@ -81,10 +81,10 @@ class NaiveDriver(Driver):
 
 
 DISTANCE = 3.0
-"""Length (m) of a drive."""
+"""Distance (m) from the start of a drive to its goal."""
 
 NEAR = 0.01
-"""A robot within this distance (m) of the goal counts as settled."""
+"""Distance (m) from the goal within which a robot counts as settled."""
 
 
 def controllers(parameters: Parameters) -> dict[str, Driver]:

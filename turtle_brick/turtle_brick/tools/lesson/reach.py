@@ -46,7 +46,7 @@ WORST_DELAYS = (
 
 
 def guaranteed_latency(parameters: Parameters) -> float:
-    """Return the time (s) from the release to the first motion assumed by the guarantee."""
+    """Return the time (s) from the release to the first motion that the guarantee assumes."""
     return DETECTION_TIME + parameters.command_latency
 
 

@@ -36,7 +36,7 @@ class RollSample(NamedTuple):
 
 
 TELEPORT = 2.0
-"""Time (s) of the teleport."""
+"""Time (s) at which the turtle is teleported."""
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
