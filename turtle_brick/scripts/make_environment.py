@@ -71,7 +71,7 @@ ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
 
 NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|CONFIG|KEYRING')
-"""Names of pip options that do not change what pip installs, and where."""
+"""Names of pip options that change neither the installed packages nor their location."""
 
 ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
@@ -235,7 +235,7 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
 
 
 def pip_install(packages: str, *arguments: str) -> None:
-    """Install packages in the virtual environment, ignoring pip options about other places."""
+    """Install packages in the virtual environment, using only the user's network options."""
     env = {name: value for name, value in clean_environment().items()
            if not name.startswith(('PIP_', 'PYTHON')) or NETWORK_OPTION.search(name)}
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
@@ -335,7 +335,7 @@ def remove_environment() -> None:
 
 
 def use_native() -> tuple[list[str], str, list[Path]]:
-    """Return the prefixes, the fingerprint and no setup files of the sourced ROS installation."""
+    """Return the prefixes and fingerprint of the sourced ROS installation, and no setup files."""
     prefixes = clean_environment().get('AMENT_PREFIX_PATH', '').split(os.pathsep)
     mark = fingerprint(ENVIRONMENT, sys.prefix, VERSION, Path(__file__).read_bytes(),
                        find_prefix('rclpy', prefixes))
@@ -343,7 +343,7 @@ def use_native() -> tuple[list[str], str, list[Path]]:
 
 
 def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
-    """Update the virtual environment; return its prefixes, fingerprint and setup files."""
+    """Update the virtual environment. Return its prefix, fingerprint and setup file."""
     sources = (REQUIREMENTS, *COPIED, Path(__file__))
     mark = fingerprint(VENV, BASE_PYTHON, *(path.read_bytes() for path in sources))
     if made.get('venv') != mark or not VENV.is_dir():
@@ -373,7 +373,7 @@ def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
 
 
 def make_environment(kind: str, content: str) -> None:
-    """Create or update the environment described on the command line."""
+    """Create or update the environment selected on the command line."""
     made = read_record()
     prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made)
     build('standins', standins(prefixes), made, *underlay)

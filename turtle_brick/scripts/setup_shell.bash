@@ -83,7 +83,7 @@ _turtle_brick_set_up() {
       python=$(_turtle_brick_python) || return 1
     fi
   elif ! python3 -c 'import catkin_pkg, em, lark, rclpy' 2>/dev/null </dev/null; then
-    # for example a conda environment with the same version of Python as ROS
+    # this happens, for example, in a conda environment with the same version of Python as ROS
     echo "turtle_brick: The python3 on the PATH, $(type -P python3), lacks packages that ROS 2" \
       'Jazzy requires. Deactivate the conda or virtual environment and try again.' >&2
     return 1
@@ -94,10 +94,10 @@ _turtle_brick_set_up() {
     echo "turtle_brick: ROS_DOMAIN_ID is '$id', but must be an integer from 0 to 232." >&2
     return 1
   fi
-  # the value 0 has no effect except for two warnings from every node
+  # ROS_LOCALHOST_ONLY=0 has no effect except for two warnings from every node
   [[ ${ROS_LOCALHOST_ONLY-} != 0 ]] || unset ROS_LOCALHOST_ONLY
 
-  # a native installation alone requires neither stand-ins nor packages
+  # for a native installation without the packages, there is nothing to build
   if [[ $kind == pypi || $1 == packages ]]; then
     # -I ignores the Python environment variables and the user's packages
     _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_environment.py" \
