@@ -84,7 +84,7 @@ class SceneObject(NamedTuple):
     """Shapes that move together."""
 
     shapes: tuple[Shape, ...]
-    pose: Pose  # Pose of the shapes' frame in the world frame.
+    pose: Pose  # Pose of the shapes' frame in the fixed frame.
     label: str = ''  # Label at the axes of the frame. Without a label, the axes are hidden.
 
 

@@ -80,7 +80,7 @@ class Observation(NamedTuple):
     is_falling: bool = False
     """Whether the brick is falling and has not passed the platform yet."""
     is_on_platform: bool = False
-    """Whether the robot is available and the brick lies on its level platform."""
+    """Whether the robot is available and the brick lies on the level platform."""
     is_beside_platform: bool = False
     """Whether the center of the brick is beside the platform, or the platform is unavailable."""
     still_for: float = 0.0

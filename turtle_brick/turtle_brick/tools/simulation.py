@@ -262,7 +262,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Return the horizontal distance between the brick and the robot at the release."""
+        """Return the horizontal distance between brick and robot (m) at the release."""
         return dist(self.result.brick[:2], self.result.robot)
 
     @property

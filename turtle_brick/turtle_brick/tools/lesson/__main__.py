@@ -31,7 +31,7 @@ PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queu
 
 
 def part(name: str) -> str:
-    """Return the name of a part of the lesson, or raise ArgumentTypeError if it is unknown."""
+    """Return the name of a lesson part, or raise ArgumentTypeError if the name is unknown."""
     if name not in PARTS:
         raise argparse.ArgumentTypeError(f'{name!r} (choose from {", ".join(PARTS)})')
     return name

@@ -145,7 +145,7 @@ def draw_fall(height: Axes, error: Axes, parameters: Parameters) -> None:
 
 def draw_side_view(axes: Axes, bricks: Sequence[Vector], distances: np.ndarray,
                    parameters: Parameters) -> None:
-    """Draw the tilted platform, and the brick at the start, rim and end of the slide."""
+    """Draw the tilted platform, and the brick at the start, at the rim and after the slide."""
     angle = parameters.tilt_angle
     normal = np.array((sin(angle), cos(angle)))
     hinge = np.array((0.0, parameters.platform_height - parameters.platform_thickness))
