@@ -40,7 +40,8 @@ setup(
     zip_safe=True,
     maintainer='the turtle_brick developers',
     maintainer_email='maintainers@turtle-brick.example',
-    description='A turtlesim robot that catches a brick dropped from the sky',
+    description='A turtlesim robot, modeled as a self-balancing unicycle with a platform, '
+    'catches a brick dropped from the sky, carries it to the center of the arena and tips it off',
     license='Apache-2.0',
     entry_points={
         'console_scripts': [

@@ -19,14 +19,14 @@ import unittest
 
 from geometry_msgs.msg import PoseStamped, Twist
 from launch import LaunchDescription
-from launch.substitutions import PathJoinSubstitution
+from launch.substitutions import EnvironmentVariable, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 from launch_testing.actions import ReadyToTest
 import pytest
 import rclpy
 
-COUNT = 150
+COUNT = 400
 """Number of commands in each measurement."""
 
 TIMEOUT = 60.0
@@ -38,16 +38,23 @@ def generate_test_description():
     """Launch a robot that can drive."""
     parameters = PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml'])
     return LaunchDescription([
-        Node(package='turtlesim', executable='turtlesim_node', parameters=[{'holonomic': True}]),
-        Node(package='turtle_brick', executable='turtle_robot', parameters=[parameters],
+        # turtlesim opens a window if there is a display.
+        Node(package='turtlesim', executable='turtlesim_node', parameters=[{'holonomic': True}],
+             additional_env={'QT_QPA_PLATFORM': EnvironmentVariable(
+                 'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen')}),
+        # At 1 m/s, the drive to a corner takes more than COUNT commands.
+        Node(package='turtle_brick', executable='turtle_robot',
+             parameters=[parameters, {'max_velocity': 1.0}],
              remappings=[('cmd_vel', 'turtle1/cmd_vel')]),
         ReadyToTest(),
     ])
 
 
 class TestCmdVel(unittest.TestCase):
+    """Measure the rate of cmd_vel by the publication times of the commands."""
 
     def setUp(self):
+        """Subscribe to the commands."""
         rclpy.init()
         self.node = rclpy.create_node('listener')
         self.goal_publisher = self.node.create_publisher(PoseStamped, 'goal_pose', 10)
@@ -55,6 +62,7 @@ class TestCmdVel(unittest.TestCase):
         self.node.create_subscription(Twist, 'turtle1/cmd_vel', self.on_command, 1000)
 
     def tearDown(self):
+        """Shut down rclpy."""
         self.node.destroy_node()
         rclpy.shutdown()
 
@@ -74,10 +82,11 @@ class TestCmdVel(unittest.TestCase):
         return COUNT / (self.commands[-1][1] - self.commands[0][1]) * 1e9
 
     def test_idle_robot(self):
+        """A robot without a goal publishes commands of 0."""
         self.assertAlmostEqual(self.measure_rate(is_driving=False), 100.0, delta=2.0)
 
     def test_moving_robot(self):
-        """The robot needs more than COUNT commands to drive from the center to a corner."""
+        """A robot that drives to a goal publishes at the same rate."""
         deadline = time.monotonic() + TIMEOUT
         while not self.goal_publisher.get_subscription_count():
             self.assertLess(time.monotonic(), deadline, 'no robot')

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Check the types in both packages with mypy."""
+"""Check the types in all packages with mypy."""
 
 import os
 from pathlib import Path

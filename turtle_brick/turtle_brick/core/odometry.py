@@ -16,8 +16,9 @@
 Compute the wheel odometry from the poses published by turtlesim. The frames follow REP 105.
 
 The wheel rolls without slipping, so its angle is the path length divided by its radius. The path
-length is the sum of the distances between poses. Therefore, the angle is correct even at a wall
-and after a lost pose. A teleport does not turn the wheel.
+length is the integral of the forward velocity, computed as the sum of the distances between
+poses. Therefore, the angle is correct even at a wall and after a lost pose. A teleport does not
+turn the wheel.
 """
 
 from math import hypot

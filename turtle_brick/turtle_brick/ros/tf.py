@@ -118,7 +118,7 @@ def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str
     """
     Return the reason for rejecting a transform, or an empty string if the transform is valid.
 
-    Only transforms that would permanently corrupt the buffer are rejected.
+    Only transforms that would corrupt the buffer are rejected.
 
     :param static: whether the transform was received on /tf_static
     :param now: current time (ns)
