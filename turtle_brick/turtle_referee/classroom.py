@@ -24,6 +24,8 @@ from contextlib import suppress
 from itertools import product
 import os
 from pathlib import Path
+import re
+import shlex
 import sys
 
 from graph_client.processes import END_TIME, Process
@@ -50,18 +52,24 @@ INSTALL_DIRECTORIES = ('install', '.ros/install')
 SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
 """Paths to the package's `share` directory in isolated and in merged installations."""
 
-LAUNCH_FILES = ('turtle_arena.launch.py', 'turtle_arena.launch.xml')
-"""Launch files for the arena, in order of preference."""
+LAUNCH_FILES = ('turtle_arena*launch.py', 'turtle_arena*launch.xml')
+"""Patterns for the launch files of the arena, in order of preference."""
 
-SOURCE = 'IFS= source "$0" && exec "$@"'
-"""Bash code that sources a workspace and runs a command. The empty IFS keeps spaces in paths."""
+ROS_SETUP = Path(__file__).parents[1] / 'scripts/ros.bash'
+"""Script that makes ROS available in a shell without any workspace."""
+
+PREFIX = re.compile('^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(.*)$', re.M)
+"""Pattern for the directory in which colcon installed a workspace, in its file setup.sh."""
+
+SOURCE = '[ ! -e "$1" ] || source "$1" >&2 && IFS= source "$2" && exec "${@:3}"'
+"""Bash code that sources ROS and a workspace, and runs a command. IFS keeps spaces in paths."""
 
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_referee.referee import main; sys.exit(main())')
 """Python program that runs this referee, even if the workspace contains another referee."""
 
-TIME_LIMIT = 600.0
-"""Time limit (s) for judging one workspace."""
+TIME_LIMIT = 240.0
+"""Time limit (s) for judging one launch file."""
 
 
 def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
@@ -84,43 +92,64 @@ def clean_environment() -> dict[str, str]:
     return {**paths, 'ROS_DOMAIN_ID': '', 'COLCON_PYTHON_EXECUTABLE': sys.executable}
 
 
-def find_install(workspace: Path) -> tuple[Path, Path] | None:
-    """Return a workspace's setup file and share directory, or None if either is missing."""
+def find_install(workspace: Path) -> tuple[Path, Path]:
+    """Return the setup file and the share directory of a workspace, or raise LookupError."""
     for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         setup = workspace / install / 'local_setup.bash'
         if setup.is_file() and (workspace / install / share).is_dir():
+            chain = setup.with_name('setup.sh')
+            for prefix in PREFIX.findall(chain.read_text(encoding='utf-8')
+                                         if chain.is_file() else ''):
+                if not Path(prefix.strip('"\'')).is_dir():
+                    raise LookupError(f'not built on this machine: {install} belongs in {prefix}, '
+                                      'which does not exist')
             return setup, workspace / install / share
-    return None
+    raise LookupError('not built')
 
 
-def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
-                    command: Sequence[str]) -> tuple[int, str]:
-    """Judge a workspace. Return the exit status and the reason for any missing result."""
-    found = find_install(workspace)
-    if found is None:
-        return 2, 'not built'
-    setup, share = found
-    if not command:
-        files = [name for name in LAUNCH_FILES if (share / 'launch' / name).is_file()]
-        if not files:
-            return 2, f'not built: {LAUNCH_FILES[0]} is not installed'
-        command = ['ros2', 'launch', 'turtle_brick', files[0], 'view:=none']
-    arguments = [f'--student={workspace.name}', f'--json={json}', f'--page={page}']
-    arguments += [f'--{name}={getattr(options, name)}'
-                  for name in ('hour', 'namespace', 'profile') if getattr(options, name)]
-    if options.verbose:
-        arguments.append('--verbose')
-    with Process(['bash', '-c', SOURCE, str(setup.resolve()), sys.executable, '-c', JUDGE,
-                  str(Path(__file__).parents[1]), *arguments, '--', *command],
+def find_launch_files(share: Path) -> list[str]:
+    """Return the names of the arena's launch files below a share directory, like ros2 launch."""
+    names = [path.name for pattern in LAUNCH_FILES for path in sorted(share.rglob(pattern))]
+    if not names:
+        raise LookupError('no file turtle_arena.launch.py or turtle_arena.launch.xml is installed')
+    return list(dict.fromkeys(names))
+
+
+def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments: Sequence[str],
+                 command: Sequence[str]) -> int:
+    """Judge the graph that a command starts, and return the exit status or raise LookupError."""
+    print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
+    with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()), sys.executable,
+                  '-c', JUDGE, str(Path(__file__).parents[1]), *arguments, '--', *command],
                  clean_environment(), sys.stderr.write if options.verbose else None) as process:
         try:
             with suppress(TimeoutError):
                 process.wait(TIME_LIMIT)
         finally:
             process.stop(timeout=2.0 * END_TIME)  # The referee stops the graph before it exits.
-        if json.exists():
-            return process.wait(0.0), ''
-        return 2, process.exit_message()
+        if not json.exists():
+            raise LookupError(process.exit_message())
+        return process.wait(0.0)
+
+
+def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
+                    command: Sequence[str]) -> int:
+    """Judge a workspace, return the exit status, or raise LookupError if there is no result."""
+    setup, share = find_install(workspace)
+    arguments = [f'--student={workspace.name}', f'--json={json}', f'--page={page}']
+    arguments += [f'--{name}={getattr(options, name)}'
+                  for name in ('hour', 'namespace', 'profile') if getattr(options, name)]
+    if options.verbose:
+        arguments.append('--verbose')
+    status = 2
+    for file in [''] if command else find_launch_files(share):
+        status = judge_launch(setup, json, options, arguments, command or [
+            'ros2', 'launch', 'turtle_brick', file, 'view:=none'])
+        if status != 2:
+            break
+        faults = '; '.join(report.read(json, workspace.name)['faults'])
+        arguments.append(f'--note={file or "the command"}: {faults}')
+    return status
 
 
 def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str]) -> int:
@@ -137,11 +166,12 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
         json, page = (RESULTS / f'{workspace.name}.{kind}' for kind in ('json', 'html'))
         json.unlink(missing_ok=True)
         page.unlink(missing_ok=True)
-        status, reason = judge_workspace(workspace, json, page, options, command)
-        if reason:
+        try:
+            statuses.add(judge_workspace(workspace, json, page, options, command))
+        except (LookupError, TimeoutError) as error:
             json.write_text(report.as_json([], {
-                'date': report.date(), 'notes': [reason]}), encoding='utf-8')
-        statuses.add(status)
+                'date': report.date(), 'notes': [str(error)]}), encoding='utf-8')
+            statuses.add(2)
     report.summarize(RESULTS, [rule.name for rule in rules], options.csv or Path('class.csv'),
                      options.page or Path('class.html'), [path.name for path in workspaces])
     return statuses.pop() if len(statuses) == 1 else 1
