@@ -16,6 +16,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 import os
+from pathlib import Path
 import re
 import signal
 import subprocess
@@ -27,14 +28,66 @@ END_TIME = 15.0
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
 """Pattern for a ros2 launch message with the label, name and exit status of a failed process."""
 
+STOPPED = (-signal.SIGINT, -signal.SIGTERM)
+"""Exit codes of processes that ros2 launch stopped."""
+
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
 """Pattern for a Python traceback, with a group for the error in the last line."""
+
+
+LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^:]*: '
+                          r'((?:.|\n(?!\[))*)', re.M)
+"""Pattern for the error that ends ros2 launch, with a group for the whole message."""
+
+NOT_STARTED = re.compile(r'^\[ERROR\] \[(\S+)-\d+\]: exception occurred while executing process:\n'
+                         r'(?:.|\n(?!\[))*?^(\w+Error: .*)', re.M)
+"""Pattern for the error of a process that ros2 launch could not start."""
+
+ONE_OF_SEVERAL = re.compile(r'Caught multiple exceptions [^:]*:\n - ')
+"""Pattern for the beginning of the message if ros2 launch tried several file formats."""
+
+MAX_LENGTH = 400
+"""Maximum length of a reported error."""
+
+
+def launch_error(output: str) -> str:
+    """Extract the reason why ros2 launch started no graph from its output, or return ''."""
+    errors = LAUNCH_ERROR.findall(output)
+    if errors:
+        # The first attempt is the one in the format that the name of the file requires.
+        error = re.split(r'\n - ', ONE_OF_SEVERAL.split(errors[-1])[-1])[0]
+        if 'Captured stderr output:' in error:
+            command, _, printed = error.partition('Captured stderr output:')
+            program = command.partition('Command: ')[2].split()
+            fault = 'failed' if 'command failed' in command else 'printed a warning to stderr'
+            error = f'{Path(*program[:1]).name} {fault}, which stops the launch: {printed}'
+    else:
+        found = [*crashes(output), *(f'{name} did not start: {text}'
+                                     for name, text in NOT_STARTED.findall(output))]
+        error = '; '.join(found)
+    return ' '.join(error.partition(', searching: ')[0].strip('"').split())[:MAX_LENGTH]
+
+
+MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
+"""Pattern for the name of a package or a Python module that was not found."""
+
+
+def explain_missing(error: str) -> str:
+    """Add to an error whether the environment or the workspace lacks a package or a feature."""
+    names = list(dict.fromkeys(a or b for a, b in MISSING.findall(error)))
+    if not names:
+        return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
+    own = any(name.startswith('turtle_brick') for name in names)
+    return (f'{error} (the {"workspace" if own else "environment"} lacks '
+            f'{" and ".join(names)})')
 
 
 def crashes(output: str) -> list[str]:
     """Extract the name and error of each failed process from the output of ros2 launch."""
     found = []
     for label, name, status in DEATH.findall(output):
+        if int(status) in STOPPED:
+            continue
         lines = ''.join(f'{line.removeprefix(f"[{label}] ")}\n' for line in output.splitlines()
                         if line.startswith(f'[{label}] '))
         errors = TRACEBACK.findall(lines) or [f'exit status {status}']

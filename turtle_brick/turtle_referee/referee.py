@@ -40,7 +40,7 @@ from typing import Any
 
 from graph_client.domains import reserved_domain, restrict_to_localhost
 from graph_client.observer import Observer
-from graph_client.processes import crashes, Process
+from graph_client.processes import crashes, explain_missing, launch_error, Process
 from graph_client.profiles import Profile
 from graph_client.record import Record
 from graph_client.spinning import NodeSpinner
@@ -79,10 +79,23 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             spinner = start_observer(namespaces.pop())
             run_trial(spinner)
         record = spinner.node.record
-        if process is not None and not process.running:
-            record.notes.append(process.exit_message())
-        record.crashes = crashes(process.output) if process is not None else []
+        if process is not None:
+            add_faults(record, process)
         return record
+
+
+def add_faults(record: Record, process: Process) -> None:
+    """Add the crashes and the errors of the command that starts the graph to a record."""
+    for crash in crashes(process.output):
+        if crash.startswith('rviz2 ') and not os.environ.get('DISPLAY'):
+            record.note('rviz2 ended because this machine has no display; this is not judged')
+        else:
+            record.crashes.append(explain_missing(crash))
+    if record.is_empty() and (error := launch_error(process.output) or (
+            '' if process.running else process.exit_message())):
+        record.notes = [f'found no graph: {explain_missing(error)}']
+    elif not process.running:
+        record.notes.append(process.exit_message())
 
 
 def versions() -> dict[str, str]:
@@ -117,6 +130,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     parser.add_argument('--hour', type=int, choices=HOURS,
                         help='judge only the requirements for one hour of class')
     parser.add_argument('--student', metavar='NAME', help='student name shown on the page')
+    parser.add_argument('--note', action='append', default=[], help=argparse.SUPPRESS)
     parser.add_argument('--verbose', action='store_true', help='show the output of the command')
     # `ros2 run` removes the "--" if it is the first argument.
     parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
@@ -152,19 +166,21 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
             restrict_to_localhost()
             os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
         record = observe(profile, options, command, log)
+    record.notes = [*options.note, *record.notes]
+    log('evaluating the measurements')
+    judgments = [] if record.is_empty() else rules.judge(record)
     about: dict[str, Any] = {
         'student': options.student, 'date': report.date(), 'command': shlex.join(command),
-        'versions': versions(), 'numbers': profile.numbers,
-        'seconds': round(monotonic() - begin, 1), 'crashes': record.crashes, 'notes': record.notes}
-    problems = [*record.crashes, *record.notes]
-    judgments = [] if record.is_empty() else rules.judge(record)
+        'versions': versions(), 'numbers': profile.numbers, 'seconds': round(
+            monotonic() - begin, 1), 'crashes': record.crashes, 'notes': record.notes,
+        'overload': record.stall_summary()}
     if options.json is not None:
         options.json.write_text(report.as_json(judgments, about), encoding='utf-8')
     if not judgments:
-        raise RuntimeError('; '.join(problems))
+        raise RuntimeError('; '.join([*record.crashes, *record.notes]))
     if options.page is not None:
         options.page.write_text(report.page(judgments, about), encoding='utf-8')
-    report.print_judgments(judgments, problems)
+    report.print_judgments(judgments, record.crashes, record.notes, record.stall_summary())
     return judgments
 
 

@@ -71,8 +71,20 @@ def tally(marks: Iterable[str]) -> str:
 
 def result(judgment: Judgment) -> str:
     """Return the measured result and the failed requirements that may have caused it."""
-    causes = f'; may follow from: {", ".join(judgment.follows)}' if judgment.follows else ''
-    return judgment.measured + causes
+    causes = f'may follow from: {", ".join(judgment.follows)}' if judgment.follows else ''
+    return '; '.join(filter(None, (judgment.measured, causes)))
+
+
+def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
+    """Combine the failed requirements with the same causes and the open ones with one reason."""
+    groups: dict[Any, list[Judgment]] = {}
+    for one in judgments:
+        reason = one.measured if one.mark == OPEN else one.name
+        groups.setdefault((one.mark, tuple(one.follows) or reason), []).append(one)
+    return [group[0] if len(group) == 1 else Judgment(
+        ', '.join(one.name for one in group), '', '', group[0].mark,
+        '' if group[0].follows else group[0].measured, follows=group[0].follows)
+        for group in groups.values()]
 
 
 def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
@@ -110,12 +122,20 @@ def html_page(title: str, body: str) -> str:
             f'<body><main><h1>{title}</h1>{body}</main></body></html>\n')
 
 
-def print_judgments(judgments: Sequence[Judgment], notes: Sequence[str]) -> None:
-    """Print a table of all requirements, and then list the failed and open requirements again."""
+def print_judgments(judgments: Sequence[Judgment], crashes: Sequence[str] = (),
+                    notes: Sequence[str] = (), overload: str = '') -> None:
+    """Print crashes, notes and a table of all requirements, and repeat those that are not met."""
+    for crash in crashes:
+        print(f'{FAILED} {crash}')
+    for note in notes:
+        print(f'note: {note}')
+    rows = fold(judgments)
     print_table(('', 'requirement', 'measured', 'expected'), (
-        (one.mark, one.name, result(one), one.expected) for one in judgments))
-    print('', *(f'{one.mark} {one.name}: {result(one)}' for one in judgments if one.mark != MET),
-          *(f'note: {note}' for note in notes), tally(one.mark for one in judgments), sep='\n')
+        (one.mark, one.name, result(one), one.expected) for one in rows))
+    print('', *(f'{one.mark} {one.name}: {result(one)}' for one in rows if one.mark != MET),
+          tally(one.mark for one in judgments), sep='\n')
+    if overload:
+        print(f'{overload}, so "0 {FAILED} failed" proves nothing: judge again on an idle machine')
 
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
@@ -163,7 +183,7 @@ def page(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
                     for key, value in about.items() if value)
     table = html_table(('', 'requirement', 'assignment', 'measured', 'expected'), (
         (one.mark, Html(f'<span id="{escape(one.name)}">{escape(one.name)}</span>'),
-         one.sentence, result(one), one.expected) for one in judgments))
+         one.sentence, result(one), one.expected) for one in fold(judgments)))
     return html_page(
         f'{escape(about.get("student") or "turtle_brick")}: requirements and measurements',
         f'<p>{tally(one.mark for one in judgments)}</p>{facts}{table}'

@@ -21,6 +21,7 @@ from xml.etree import ElementTree
 
 from browser import Chromium, find_chromium
 from graph_client.profiles import Profile
+from graph_client.record import OVERLOADED
 import pytest
 from turtle_referee import referee, report
 from turtle_referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot, Series
@@ -73,13 +74,16 @@ def test_the_json_contains_all_data():
 
 
 def test_the_terminal_repeats_what_is_not_met(capsys):
-    report.print_judgments(JUDGMENTS, ['ö'])
+    more = [one._replace(name=f'{one.name} 2') for one in (JUDGMENTS[1], JUDGMENTS[3])]
+    report.print_judgments([*JUDGMENTS, *more], ['arena crashed: E'], ['ö'], OVERLOADED)
     table, _, repeated = capsys.readouterr().out.partition('\n\n')
+    assert table.splitlines()[:2] == [f'{FAILED} arena crashed: E', 'note: ö']
     assert '[bold]3[/bold]' in table and 'x [red]' in table
     assert repeated.splitlines() == [
-        f'{FAILED} b: {"-" * 300}', f'{FAILED} d: wrong; may follow from: b',
-        f'{OPEN} c: {JUDGMENTS[2].measured}', f'{OPEN} e: no data', 'note: ö',
-        '1 ✔ met, 2 ✗ failed, 2 – open']
+        f'{FAILED} b: {"-" * 300}', f'{FAILED} d, d 2: may follow from: b',
+        f'{OPEN} c: {JUDGMENTS[2].measured}', f'{OPEN} e, e 2: no data',
+        '1 ✔ met, 3 ✗ failed, 3 – open',
+        f'{OVERLOADED}, so "0 ✗ failed" proves nothing: judge again on an idle machine']
 
 
 @pytest.fixture
@@ -124,7 +128,7 @@ def test_an_invalid_file_is_skipped(judged, capsys, tmp_path, text, reason):
 
 @pytest.mark.parametrize('text, reason', (
     ('topics: {tlit: x}', "topics.tlit: 'x' is not valid; the valid names are cmd_vel, odom"),
-    ('names: {tilt: x}', "names.tilt: 'x' is not valid; the valid names are topics, services, n"),
+    ('names: {tilt: x}', "names.tilt: 'x' is not valid; the valid names are topics, services, f"),
     ('topics: {tilt: ""}', "topics.tilt: '' is not valid"),
     ('numbers: {platform_radius: true}', 'platform_radius: True is not valid'),
     ('topics: tilt', 'has no attribute'),
