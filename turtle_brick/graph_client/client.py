@@ -13,16 +13,17 @@
 # limitations under the License.
 """Send goals to a running graph, place and drop bricks, and wait for the results."""
 
-from collections.abc import Callable
-from math import dist, sqrt
-from time import time_ns
+from collections.abc import Callable, Sequence
+from math import dist, inf, sqrt
+from time import monotonic, time_ns
 from typing import Any
 
 from graph_client.drops import DropWatch
-from graph_client.geometry import ARENA_SIZE, Vector
-from graph_client.observer import fill_position, Observer
-from graph_client.profiles import NUMBERS
-from graph_client.record import Drive, NS_PER_SECOND, Request, rest_start
+from graph_client.geometry import CENTER, Vector
+from graph_client.observer import fill_position, number_fields, Observer
+from graph_client.profiles import FRAMES, NUMBERS
+from graph_client.record import (Drive, EXTRAPOLATION_NS, NS_PER_SECOND, Request,
+                                 rest_start)
 from graph_client.spinning import Spinner
 
 TIMEOUT = 3.0
@@ -44,6 +45,8 @@ class GraphClient:
     def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
         """Create a client. `graph` spins `observer`. `timeout` (s) limits immediate actions."""
         self.timeout = timeout
+        self.stops = True  # Whether the robot stopped after the last drive.
+        self.deadline = inf  # Time (s) of the monotonic clock after which no wait continues.
         self.graph = graph
         self.observer = observer
         self.record = observer.record
@@ -51,7 +54,8 @@ class GraphClient:
     def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
         """Wait until a condition holds, or return False when the timeout (s) expires."""
         try:
-            self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
+            self.graph.spin_until(
+                condition, min(MAX_TIMEOUT, timeout, self.deadline - monotonic()), '')
         except TimeoutError:
             return False
         return True
@@ -65,9 +69,9 @@ class GraphClient:
         record, goal_pose = self.record, self.record.profile.topics['goal_pose']
         topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
         return bool(all(record.topics[name] for name in topics) and record.markers
-                    and {'odom', 'base_link', 'platform', 'brick'} <= set(record.frames)
+                    and {record.actual(name) for name in FRAMES} <= record.frame_names()
                     and self.has_service('place') and self.has_service('drop')
-                    and self.observer.has_goal_subscriber()
+                    and self.observer.command_publisher('goal_pose')
                     and self.observer.resolve_topic_name(goal_pose) in record.publishers)
 
     def has_service(self, name: str) -> bool:
@@ -95,50 +99,80 @@ class GraphClient:
         since = rest_start(track, 1e-3, round(0.8 * REST_TIME * NS_PER_SECOND))
         return since is not None and since == track[0][0]
 
+    def wait_for_rest(self) -> None:
+        """Wait until the robot stops, unless the robot did not stop after the last drive."""
+        self.wait_until(self.is_at_rest, self.timeout if self.stops else 0.0)
+
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
         """Drive to a goal (m) and wait until the robot stops. Return None if no robot exists."""
-        if not self.wait_until(self.observer.has_goal_subscriber, self.timeout):
+        if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
-        self.wait_until(self.is_at_rest, self.timeout)
+        self.wait_for_rest()
         start = self.robot_position()
         if start is None:
             return None
         begin, distance = time_ns(), self.distance_to(goal)
-        self.observer.send_goal(*goal)
+        try:
+            self.observer.send_goal(*goal)
+        except LookupError:
+            return None
         if distance < 0.02 or self.wait_until(
                 lambda: self.distance_to(start) > 0.01, self.timeout):
-            self.wait_until(self.is_at_rest,
-                            distance / self.number('max_velocity') * 2.0 + self.timeout)
+            self.stops = self.wait_until(
+                self.is_at_rest, distance / self.number('max_velocity') * 2.0 + self.timeout)
         drive = Drive(begin, time_ns(), start, goal)
         self.record.drives.append(drive)
         return drive
 
-    def call(self, service: str, position: Vector | None = None) -> Request:
+    def call(self, service: str, position: Sequence[float] | None = None) -> Request:
         """Call 'place' with a position (m) or 'drop' without a position, and return the result."""
         begin = time_ns()
         try:
             self.wait_until(lambda: self.has_service(service), self.timeout)
             client = self.observer.service_client(service)
             request = client.srv_type.Request()
-            if position is not None and not fill_position(request, position):
-                raise LookupError(f'the request type of {service} has no fields x, y and z')
+            if position is None:
+                self._fill_release(request)
+            else:
+                position = position[:fill_position(request, position)]
+                if len(position) < 2:
+                    self.record.unclear[service] = (
+                        f'the request of {client.srv_name} has no fields for x and y')
+                    raise LookupError(self.record.unclear[service])
             responses = self.observer.poller.call(client, request)
             if not self.wait_until(lambda: responses, self.timeout):
                 raise LookupError(f'{service} does not respond')
         except LookupError as error:
-            return Request(begin, time_ns(), position, False, str(error))
+            return Request(begin, time_ns(), position, False, str(error), False)
         end, response = responses[0]
         return Request(begin, end, position, bool(getattr(response, 'success', True)),
                        str(getattr(response, 'message', '')))
+
+    def _fill_release(self, request: Any) -> None:
+        """Set all flags, and assume that each number in the request is the gravity."""
+        for name, kind in request.get_fields_and_field_types().items():
+            if kind == 'boolean':
+                setattr(request, name, True)
+        gravity = self.number('gravity_accel')
+        for owner, name in number_fields(request):
+            setattr(owner, name, gravity)
+            self.record.profile.numbers['gravity_accel'] = gravity
+            self.record.note(f'assumed: drop expects the gravity, {gravity:g} m/s^2')
 
     def place(self, position: Vector, hovering: float = HOVERING_TIME) -> Request:
         """Place the brick at a given position (m) and let it hover for a given duration (s)."""
         request = self.call('place', position)
         if request.accepted:
             self.graph.spin_for(hovering)
+        if request.accepted and len(request.value) == 2:
+            self.record.note('assumed: place expects x and y, and the arena chooses the height')
+            brick = self.record.pose('brick', time_ns() - EXTRAPOLATION_NS)
+            height = position[2] if brick is None else float(brick.position[2])
+            request = request._replace(value=(*request.value, height))
         request = request._replace(end=time_ns())
-        self.record.places.append(request)
+        if 'place' not in self.record.unclear:
+            self.record.places.append(request)
         return request
 
     def drop(self, place: Vector) -> DropWatch:
@@ -161,17 +195,19 @@ class GraphClient:
         finally:
             self.observer.after_fetch = lambda: None
             watch.end = time_ns()
-            self.record.drops.append(watch)
+            if 'drop' not in self.record.unclear:
+                self.record.drops.append(watch)
         return watch
 
     def _wait_for_end(self, watch: DropWatch) -> None:
         fall_time = sqrt(2.0 * max(watch.place[2], 0.1) / self.number('gravity_accel'))
         self.wait_until(lambda: watch.down, fall_time * 1.5 + self.timeout)
         if watch.caught:
-            crossing_time = ARENA_SIZE / self.number('max_velocity')
-            self.wait_until(lambda: watch.tilted, crossing_time * 1.5 + self.timeout)
-            self.wait_until(lambda: watch.floated, 2.0 * self.timeout)
-            self.wait_until(lambda: watch.leveled and self.is_at_rest(), self.timeout)
+            driving_time = self.distance_to(CENTER) / self.number('max_velocity')
+            timeout = driving_time * 1.5 + 2.0 * self.timeout
+            if self.wait_until(lambda: watch.tilted, timeout) and self.wait_until(
+                    lambda: watch.floated, 2.0 * self.timeout):
+                self.wait_until(lambda: watch.leveled, self.timeout)
         else:
             self.graph.spin_for(0.6)  # The brick must stay on the ground.
-            self.wait_until(self.is_at_rest, self.timeout)
+        self.wait_for_rest()

@@ -13,15 +13,14 @@
 # limitations under the License.
 """Nodes that receive messages from selected topics or record a whole graph."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
 from statistics import fmean
 from time import time_ns
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
-from graph_client.profiles import Profile
+from graph_client.profiles import COMMANDS, Profile, similar_names
 from graph_client.record import MAX_LATENESS_NS, NS_PER_SECOND, Received, ReceivedMarker, Record
 import psutil
 from rcl_interfaces.srv import GetParameters
@@ -56,14 +55,23 @@ def load_type(name: str) -> Any:
         raise LookupError(f'the interface {name} is not installed') from None
 
 
-def fill_position(message: Any, position: Sequence[float]) -> bool:
-    """Set the first x, y and z fields found in a message. Return whether such fields exist."""
-    fields = message.get_fields_and_field_types()
-    if {'x', 'y', 'z'} <= set(fields):
-        message.x, message.y, message.z = map(float, position)
-        return True
-    return any(hasattr(value, 'get_fields_and_field_types') and fill_position(value, position)
-               for value in (getattr(message, name) for name in fields))
+def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
+    """Yield the floating-point fields in a message as pairs of a message and a field name."""
+    for name, kind in message.get_fields_and_field_types().items():
+        if kind in ('double', 'float'):
+            yield message, name
+        elif hasattr(getattr(message, name), 'get_fields_and_field_types'):
+            yield from number_fields(getattr(message, name))
+
+
+def fill_position(message: Any, position: Sequence[float]) -> int:
+    """Set the first fields for x, y and z, such as brick_x. Return the number of fields set."""
+    count = 0
+    for owner, name in number_fields(message):
+        if count < len(position) and 'xyz'[count] in name.lower().split('_'):
+            setattr(owner, name, float(position[count]))
+            count += 1
+    return count
 
 
 def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
@@ -149,9 +157,7 @@ class Observer(Node):
         self._fetched_at = time_ns()
         self._discovered_at = 0
         self._subscribed: set[str] = set()
-        self._goal_publisher = self.create_publisher(
-            PoseStamped, self.record.profile.topics['goal_pose'], 10)
-        self._tilt_publisher: Publisher | None = None
+        self._publishers_by_topic: dict[str, Publisher] = {}
         self._clients_by_service: dict[str, Client] = {}
         psutil.cpu_percent(percpu=True)  # The first measurement starts here.
         # All namespaces may share the TF topics, or each namespace may have its own TF topics.
@@ -185,8 +191,7 @@ class Observer(Node):
         names = {self.resolve_topic_name(topic): name
                  for name, topic in record.profile.topics.items()}
         for topic, types in self.get_topic_names_and_types():
-            infos = [info for info in self.get_publishers_info_by_topic(topic)
-                     if info.node_name != self.get_name()]
+            infos = self._others(self.get_publishers_info_by_topic(topic))
             if not infos:
                 continue
             record.publishers.setdefault(topic, set()).update(
@@ -225,31 +230,86 @@ class Observer(Node):
             self._clients_by_service[service] = self.poller.create_client(service_type, service)
         return self._clients_by_service[service]
 
-    def send_goal(self, x: float, y: float) -> None:
-        """Send the robot to a point (m) in the world frame."""
-        goal = PoseStamped()
-        goal.header.frame_id = 'world'
-        goal.header.stamp = self.get_clock().now().to_msg()
-        goal.pose.position.x, goal.pose.position.y = x, y
-        self._goal_publisher.publish(goal)
+    def _others(self, infos: Iterable[Any]) -> list[Any]:
+        own = (self.get_name(), self.poller.get_name())
+        return [info for info in infos if info.node_name not in own]
 
-    def has_goal_subscriber(self) -> bool:
-        """Return whether a node subscribes to goals."""
-        return self._goal_publisher.get_subscription_count() > 0
+    def command_publisher(self, name: str) -> Publisher | None:
+        """Return a publisher for 'goal_pose' or 'tilt', or None if no other node subscribes."""
+        topic = self.resolve_topic_name(self.record.profile.topics[name])
+        if topic not in self._publishers_by_topic:
+            infos = self._others(self.get_subscriptions_info_by_topic(topic))
+            if not infos:
+                return None
+            self._publishers_by_topic[topic] = self.create_publisher(
+                load_type(infos[0].topic_type), topic, 10)
+        publisher = self._publishers_by_topic[topic]
+        # The poller also subscribes to topics on which other nodes publish.
+        own = topic in self._subscribed
+        return publisher if publisher.get_subscription_count() > own else None
+
+    def send_goal(self, x: float, y: float) -> None:
+        """Send the robot to a point (m) in the world frame, or raise LookupError."""
+        def fill(goal: Any) -> int:
+            if hasattr(goal, 'header'):
+                goal.header.frame_id = self.record.actual('world')
+                goal.header.stamp = self.get_clock().now().to_msg()
+            return fill_position(goal, (x, y)) == 2
+        self._send('goal_pose', 'x and y', fill)
 
     def send_tilt(self, angle: float) -> None:
         """Send an angle (rad) in the first floating-point field of a tilt message."""
-        topic = self.resolve_topic_name(self.record.profile.topics['tilt'])
-        for info in self.get_subscriptions_info_by_topic(topic):
-            message = load_type(info.topic_type)()
-            for name, kind in message.get_fields_and_field_types().items():
-                if kind in ('double', 'float'):
-                    setattr(message, name, float(angle))
-                    if self._tilt_publisher is None:
-                        self._tilt_publisher = self.create_publisher(type(message), topic, 10)
-                    self._tilt_publisher.publish(message)
-                    return
-        raise LookupError(f'no node subscribes to {topic}, or the type has no field for an angle')
+        def fill(tilt: Any) -> bool:
+            owner, name = next(number_fields(tilt), (None, ''))
+            if owner is not None:
+                setattr(owner, name, float(angle))
+            return owner is not None
+        self._send('tilt', 'an angle', fill)
+
+    def _send(self, name: str, content: str, fill: Callable[[Any], bool]) -> None:
+        topic, publisher = self.record.profile.topics[name], self.command_publisher(name)
+        if publisher is None:
+            raise LookupError(f'no node subscribes to {topic}')
+        message = publisher.msg_type()
+        if not fill(message):
+            self.record.unclear[name] = f'the type of {topic} has no field for {content}'
+            raise LookupError(self.record.unclear[name])
+        publisher.publish(message)
+
+    def recognize_names(self) -> bool:
+        """Use similar names for missing parts of the interface. Return whether any was found."""
+        record, profile, inside = self.record, self.record.profile, self.get_namespace()
+        types = dict(self.get_topic_names_and_types())
+        published = {topic: types.get(topic, []) for topic in record.publishers}
+        subscribed = {topic: kinds for topic, kinds in types.items()
+                      if self._others(self.get_subscriptions_info_by_topic(topic))}
+        services = {service: kinds for service, kinds in self.get_service_names_and_types()
+                    if not kinds[0].startswith('rcl_interfaces/')}
+        count = len(record.notes)
+        for name in profile.topics:
+            available = subscribed if name in COMMANDS else published
+            self._recognize(name, profile.topics, {
+                one: kinds for one, kinds in available.items() if one.startswith(inside)})
+        for name in profile.services:
+            self._recognize(name, profile.services, {
+                one: kinds for one, kinds in services.items() if one.startswith(inside)})
+        for name in profile.frames:
+            self._recognize(name, profile.frames, dict.fromkeys(record.frame_names(), []))
+        return len(record.notes) > count
+
+    def _recognize(self, name: str, names: dict[str, str], available: dict[str, list[str]]
+                   ) -> None:
+        used, found = names[name], similar_names(name, available)
+        if (used not in (name, f'turtle1/{name}')  # The profile contains another name.
+                or available.keys() & {used, self.resolve_topic_name(used)} or not found):
+            return
+        if len(found) > 1:
+            self.record.unclear[name] = (
+                f'{name} could be {" or ".join(sorted(found))}; add it to a profile')
+            return
+        names[name] = found[0]
+        kinds = ''.join(f' ({kind})' for kind in available[found[0]])
+        self.record.note(f'assumed: {name} is {found[0]}{kinds}')
 
     def service_client(self, name: str) -> Any:
         """Return the client for 'place' or 'drop', or raise LookupError if there is no server."""

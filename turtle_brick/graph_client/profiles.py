@@ -12,25 +12,34 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Names of topics and services in an implementation, and physical parameters of the robot.
+Names of topics, services and frames in an implementation, and parameters of the robot.
 
 The default names come from the assignment. A YAML file can define other names and values:
 
     topics: {cmd_vel: robot/cmd_vel, tilt: platform_tilt}
     services: {place: put}
+    frames: {brick: brick_frame, platform: tray}
     numbers: {platform_radius: 0.4}
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-TOPICS = ('cmd_vel', 'odom', 'joint_states', 'goal_pose', 'tilt', 'pose', 'robot_description')
+TOPICS: dict[str, tuple[str, ...]] = {
+    'cmd_vel': ('geometry_msgs/msg/Twist', 'geometry_msgs/msg/TwistStamped'),
+    'odom': ('nav_msgs/msg/Odometry',), 'joint_states': ('sensor_msgs/msg/JointState',),
+    'goal_pose': tuple(f'geometry_msgs/msg/{name}' for name in (
+        'PoseStamped', 'Pose', 'PointStamped', 'Point', 'Pose2D')),
+    'tilt': (), 'pose': ('turtlesim/msg/Pose',), 'robot_description': ('std_msgs/msg/String',)}
+"""Names and possible types of topics. The tilt topic can have any type."""
+COMMANDS = ('goal_pose', 'tilt')
+"""Topics to which the robot subscribes."""
 SERVICES = ('place', 'drop')
-
+FRAMES = ('world', 'odom', 'base_link', 'brick', 'platform', 'stem', 'wheel')
 NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
            'max_velocity': 1.0, 'gravity_accel': 9.81}
 """Typical values of the robot's physical parameters (m, m/s, m/s^2)."""
@@ -38,11 +47,12 @@ NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
 
 @dataclass
 class Profile:
-    """The topic names, service names and physical parameters of an implementation."""
+    """The names of topics, services and frames and the parameters of an implementation."""
 
     topics: dict[str, str] = field(default_factory=lambda: {
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
+    frames: dict[str, str] = field(default_factory=lambda: {name: name for name in FRAMES})
     numbers: dict[str, float] = field(default_factory=dict)
     """Known physical parameters. The referee reads the other parameters from the nodes."""
 
@@ -55,7 +65,7 @@ class Profile:
         """Update the profile from a YAML file, or raise ValueError if the file is invalid."""
         known: dict[str, tuple[Iterable[str], tuple[type, ...]]] = {
             'topics': (TOPICS, (str,)), 'services': (SERVICES, (str,)),
-            'numbers': (NUMBERS, (int, float))}
+            'frames': (FRAMES, (str,)), 'numbers': (NUMBERS, (int, float))}
         try:
             sections = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
             entries = [(section, name, value) for section, content in sections.items()
@@ -68,3 +78,20 @@ class Profile:
                 raise ValueError(f'{path}: {section}.{name}: {value!r:.60} is not valid; the '
                                  f'valid names are {", ".join(names)}')
             getattr(self, section)[name] = value
+
+
+def similar_names(name: str, available: Mapping[str, Iterable[str]]) -> list[str]:
+    """
+    Return the available names that are most similar to a standard name.
+
+    :param name: a standard name such as 'drop'
+    :param available: names such as '/arena/drop_brick', with their types
+    """
+    word = name.removesuffix('_pose').removesuffix('_states')
+    found = {}
+    for full_name, types in available.items():
+        last = full_name.rpartition('/')[2].lower()
+        if word in last and (not TOPICS.get(name) or set(TOPICS[name]).intersection(types)):
+            found[full_name] = last.removesuffix('_link').removesuffix('_frame')
+    exact = [one for one, last in found.items() if last == name.removesuffix('_link')]
+    return exact or list(found)

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from math import dist
 from operator import attrgetter, itemgetter
+import re
 from typing import Any, NamedTuple
 
 from graph_client.geometry import Array, interpolate, Pose, pose
@@ -93,6 +94,7 @@ class Request(NamedTuple):
     value: Any
     accepted: bool = True
     message: str = ''
+    answered: bool = True  # Whether a node responded, or received the tilt command.
 
     def check(self) -> None:
         """Raise ValueError with the response message if the request was refused."""
@@ -174,8 +176,15 @@ class Record:
         self.drops: list[Any] = []
         # Time spans (ns) in which the observer was late or all processors were busy.
         self.stalls: list[tuple[int, int]] = []
-        self.notes: list[str] = []  # Problems during the observation.
+        self.notes: list[str] = []  # Assumptions and problems during the observation.
         self.crashes: list[str] = []
+        # Reasons why parts of the interface could not be used, by their standard names.
+        self.unclear: dict[str, str] = {}
+
+    def note(self, text: str) -> None:
+        """Add a note, unless the record already contains it."""
+        if text not in self.notes:
+            self.notes.append(text)
 
     def is_empty(self) -> bool:
         """Return whether the record is empty, ignoring TF, which several namespaces may share."""
@@ -200,16 +209,27 @@ class Record:
         for entries in lists:
             del entries[:-count]
 
+    def actual(self, frame: str) -> str:
+        """Return the name in TF of a frame that may have a standard name."""
+        return self.profile.frames.get(frame, frame)
+
+    def frame_names(self) -> set[str]:
+        """Return the names of all frames, of their latest parents, and of all links in URDFs."""
+        links = re.findall('<link name="([^"]+)"', ''.join(
+            received.message.data for received in self.topics['robot_description']))
+        return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
+
     def ancestors(self, frame: str) -> list[str]:
         """Return a frame and its latest ancestors, at most MAX_DEPTH frames in total."""
-        chain = [frame]
+        chain = [self.actual(frame)]
         while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
             chain.append(self.frames[chain[-1]].samples[-1].parent)
         return chain
 
     def pose(self, frame: str, stamp: int, depth: int = MAX_DEPTH) -> Pose | None:
         """Return a frame's world pose at a given time (ns), or None if the pose is unknown."""
-        if frame == 'world':
+        frame = self.actual(frame)
+        if frame == self.actual('world'):
             return pose((0.0, 0.0, 0.0))
         sample = self.frames[frame].at(stamp) if frame in self.frames and depth else None
         parent = sample and self.pose(sample.parent, stamp, depth - 1)
@@ -222,7 +242,8 @@ class Record:
 
     def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
         """Yield the timestamps (ns) and world poses of the brick between two times (ns)."""
-        for sample in self.frames['brick'].between(begin, end) if 'brick' in self.frames else ():
+        frame = self.frames.get(self.actual('brick'))
+        for sample in frame.between(begin, end) if frame else ():
             brick = self.pose('brick', sample.stamp)
             if brick is not None:
                 yield sample.stamp, brick

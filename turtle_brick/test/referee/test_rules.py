@@ -102,9 +102,11 @@ def box(frame, x=0.0, y=0.0, size=(LENGTH, WIDTH, HEIGHT)):
 
 def add_walls(record, times):
     for seconds in times:
-        for x, y, *size in ((5.5, 0.0, 11.1, 0.1, 0.5), (5.5, 11.1, 11.1, 0.1, 0.5),
-                            (0.0, 5.5, 0.1, 11.1, 0.5), (11.1, 5.5, 0.1, 11.1, 0.5)):
+        for number, (x, y, *size) in enumerate((
+                (5.5, 0.0, 11.1, 0.1, 0.5), (5.5, 11.1, 11.1, 0.1, 0.5),
+                (0.0, 5.5, 0.1, 11.1, 0.5), (11.1, 5.5, 0.1, 11.1, 0.5))):
             add_marker(record, box('world', x, y, size), seconds, '/walls')
+            record.markers[-1].marker.id = number
 
 
 def drive(record, off):

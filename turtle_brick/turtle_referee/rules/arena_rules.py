@@ -13,6 +13,7 @@
 # limitations under the License.
 """Rules for the arena: walls, markers, services and the physics of the brick."""
 
+from bisect import bisect_left
 from collections.abc import Iterable
 from itertools import pairwise
 from math import atan2, dist, hypot, sqrt
@@ -26,8 +27,8 @@ from graph_client.record import NS_PER_SECOND, ReceivedMarker, Record, SECONDS_P
 import numpy
 from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
-                                       require_accepted, require_data, Rules, SAME_ANGLE, Series,
-                                       within)
+                                       require_accepted, require_clear, require_data, Rules,
+                                       SAME_ANGLE, Series, thin, within)
 
 RULES = Rules()
 rule = RULES.rule
@@ -78,9 +79,15 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
     return parent.compose(pose((p.x, p.y, p.z), quaternion))
 
 
+def shown_markers(record: Record) -> list[ReceivedMarker]:
+    """Return the last marker with each namespace and ID on each topic, as shown by rviz2."""
+    return list({(received.topic, received.marker.ns, received.marker.id): received
+                 for received in record.markers if received.marker.action == ADD}.values())
+
+
 def walls(record: Record) -> list[ReceivedMarker]:
     """Return the box markers at least MIN_WALL_LENGTH long, or raise Failed if there are none."""
-    boxes = [received for received in record.markers if received.marker.type == CUBE]
+    boxes = [received for received in shown_markers(record) if received.marker.type == CUBE]
     return require([box for box in boxes if max(box.marker.scale.x, box.marker.scale.y)
                     >= MIN_WALL_LENGTH] or None, 'no box marker is as long as a wall')
 
@@ -144,10 +151,10 @@ def brick_is_visible(record: Record) -> Finding:
 @rule('brick marker: place', "a marker to show it's location in rviz",
       f'the marker is within {NEAR} m of the brick', ['place'])
 def brick_marker_is_at_the_brick(record: Record) -> Finding:
-    off = []
+    off, markers = [], brick_markers(record)
     for request in record.places:
         time = request.end - BEFORE_NS
-        brick, markers = record.pose('brick', time), brick_markers(record)
+        brick = record.pose('brick', time)
         before = [received for received in markers if received.published < request.end]
         if brick is not None and before:
             off.append(dist(pose_of_marker(record, before[-1], time).position, brick.position))
@@ -157,11 +164,9 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
 @rule('markers: frames', 'Your final result should not have any rviz errors or warnings',
       'frames, sizes, orientations and colors that rviz can draw')
 def markers_can_be_drawn(record: Record) -> Finding:
-    known, faults = {'world', *record.frames}, set()
-    for received in require(record.markers or None, 'there are no markers'):
+    known, faults = {'world', *record.frame_names()}, set()
+    for received in require(shown_markers(record) or None, 'there are no markers'):
         marker = received.marker
-        if marker.action != ADD:
-            continue
         q, scale = marker.pose.orientation, marker.scale
         if marker.header.frame_id.lstrip('/') not in known:
             faults.add(f'the frame {marker.header.frame_id!r} is unknown')
@@ -179,6 +184,7 @@ def markers_can_be_drawn(record: Record) -> Finding:
       f'the service responds, and the brick is at rest within {NEAR} m of its target')
 def bricks_are_placed(record: Record) -> Finding:
     off, drift = [], []
+    require_clear(record, 'place', 'brick')
     for request in require_data(record.places, 'nothing was placed'):
         place = require_accepted(request).value
         track = [brick.position for _, brick in record.brick_track(
@@ -192,6 +198,7 @@ def bricks_are_placed(record: Record) -> Finding:
 
 def dropped(record: Record) -> list[DropWatch]:
     """Return all drops in which a brick was released, or raise Open if there are none."""
+    require_clear(record, 'place', 'drop', 'brick')
     return require_data([drop for drop in record.drops if drop.released is not None],
                         'no brick fell')
 
@@ -200,6 +207,7 @@ def dropped(record: Record) -> list[DropWatch]:
       f'the service responds, and the brick falls within {FALL_DELAY} s', ['place'])
 def bricks_are_dropped(record: Record) -> Finding:
     delays = []
+    require_clear(record, 'place', 'drop', 'brick')
     for drop in require_data(record.drops, 'nothing was dropped'):
         responded = require_accepted(drop.request).end
         released = require(drop.released, 'the service responded, but no brick fell')
@@ -299,10 +307,12 @@ def falls_are_parabolas(record: Record) -> Finding:
     text = f'at most {off:.4f} m off along the fall and {aside:.4f} m aside'
     for fall in found:
         # The deviation begins when the positions so far no longer fit a single fall from rest.
-        begin = next((number for number in range(10, len(fall.times)) if fall.aside[number] > NEAR
-                      or fit_fall(fall.times[:number + 1], fall.depths[:number + 1])[2]
-                      > FALL_DEVIATION), None)
-        if begin is not None:
+        def deviates(number: int) -> bool:
+            return bool(fall.aside[number] > NEAR or fit_fall(
+                fall.times[:number + 1], fall.depths[:number + 1])[2] > FALL_DEVIATION)
+
+        begin = bisect_left(range(len(fall.times)), True, lo=10, key=deviates)
+        if begin < len(fall.times):
             text += (f'; the deviation begins {fall.times[begin]:.2f} s after the start, at a '
                      f'height of {fall.drop.place[2] - fall.depths[begin]:.2f} m')
             break
@@ -355,7 +365,7 @@ def brick_rides(record: Record) -> Finding:
     rest, moving, landing = [], [], []
     for drop in catches(record):
         track = record.brick_track(drop.down or 0, (drop.tilted or drop.end) - 20_000_000)
-        places = [place[:2] for stamp, _ in track
+        places = [place[:2] for stamp, _ in thin(track)
                   if (place := record.on_platform(stamp)) is not None]
         if len(places) < 2:
             raise Failed('the pose of the brick or of the platform is unknown')
@@ -376,7 +386,7 @@ def brick_rides(record: Record) -> Finding:
 def brick_has_the_angle(record: Record) -> Finding:
     off, level = [], 0
     for begin, end in record.trial_spans():
-        for stamp, brick in list(record.brick_track(begin, end - BEFORE_NS))[::5]:
+        for stamp, brick in thin(record.brick_track(begin, end - BEFORE_NS))[::5]:
             platform = record.pose('platform', stamp)
             if platform is None:
                 continue

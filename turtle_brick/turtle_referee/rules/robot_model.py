@@ -13,7 +13,7 @@
 # limitations under the License.
 """Read the URDF of a robot and compute the poses of its links."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from math import hypot
 from typing import NamedTuple
@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 from graph_client.geometry import Array, Pose, pose, turn, UPRIGHT
 from graph_client.record import Record
 import numpy
-from turtle_referee.rules.rule import Failed, require
+from turtle_referee.rules.rule import Failed, require, require_clear
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 """URDF attributes that define the size of each shape."""
@@ -56,10 +56,15 @@ class Joint(NamedTuple):
 class RobotModel:
     """The links and joints in a URDF."""
 
-    def __init__(self, description: str) -> None:
-        """Parse a URDF, or raise Failed if the URDF is invalid."""
+    def __init__(self, description: str, names: Iterable[tuple[str, str]] = ()) -> None:
+        """Parse a URDF with pairs of standard names and link names, or raise Failed."""
+        standard_names = {name: standard for standard, name in names}
         try:
             robot = ElementTree.fromstring(description)
+            for tag, key in (('link', 'name'), ('parent', 'link'), ('child', 'link')):
+                for element in robot.iter(tag):
+                    name = element.get(key, '')
+                    element.set(key, standard_names.get(name, name))
             self.links = {
                 link.get('name', ''): [_solid(visual, robot) for visual in link.findall('visual')]
                 for link in robot.findall('link')}
@@ -90,8 +95,10 @@ class RobotModel:
 
     def solid(self, link: str, kind: str) -> Solid:
         """Return a link's first solid of a given kind, or raise Failed if there is none."""
-        return require(next((solid for solid in self.links.get(link, ()) if solid.kind == kind),
-                            None), f'{link} has no {kind}')
+        for solid in self.links.get(link, ()):
+            if solid.kind == kind:
+                return solid
+        raise Failed(f'{link} has no {kind}')
 
     def center(self, link: str, solid: Solid) -> Array:
         """Return the position (m) of a link's solid in the root frame."""
@@ -99,15 +106,18 @@ class RobotModel:
 
     def joint(self, link: str) -> Joint:
         """Return the last movable joint above a link, or raise Failed if no such joint exists."""
-        return require(next((joint for joint in reversed(self.joints_to(link)) if joint.movable),
-                            None), f'no joint turns {link}')
+        for joint in reversed(self.joints_to(link)):
+            if joint.movable:
+                return joint
+        raise Failed(f'no joint turns {link}')
 
 
 def model(record: Record) -> RobotModel:
     """Return a model of the latest robot_description, or raise Failed if none is valid."""
+    require_clear(record, 'robot_description', 'base_link', 'platform', 'stem', 'wheel')
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')
-    return _parse(descriptions[-1].message.data)
+    return _parse(descriptions[-1].message.data, tuple(record.profile.frames.items()))
 
 
 _parse = lru_cache(4)(RobotModel)  # Many rules use the same description.

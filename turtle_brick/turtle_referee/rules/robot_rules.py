@@ -25,8 +25,8 @@ from graph_client.record import (Drive, Frame, message_rate, Received, Record, S
 from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
-                                       require_accepted, require_data, Rules, SAME_ANGLE, Series,
-                                       within)
+                                       require_accepted, require_clear, require_data, Rules,
+                                       SAME_ANGLE, Series, thin, within)
 
 RULES = Rules()
 rule = RULES.rule
@@ -59,20 +59,23 @@ GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
     """Return a frame, or raise Failed if the frame is absent or has another parent."""
-    found = require(record.frames.get(name), f'no node broadcasts {name}')
+    require_clear(record, name)
+    found = require(record.frames.get(record.actual(name)), f'no node broadcasts {name}')
     parents = {sample.parent for sample in found.samples}
-    if parent and parents != {parent}:
+    if parent and parents != {record.actual(parent)}:
         raise Failed(f'the parent of {name} is {", ".join(sorted(parents))}')
     return found
 
 
 def messages(record: Record, name: str) -> list[Received]:
     """Return the messages on a topic, or raise Failed if there are none."""
+    require_clear(record, name)
     return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
 
 
 def drives(record: Record) -> list[Drive]:
     """Return the drives longer than 0.1 m, or raise Open if there are none."""
+    require_clear(record, 'goal_pose', 'pose')
     return require_data([drive for drive in record.drives if drive.length > 0.1],
                         'the robot was not driven')
 
@@ -82,7 +85,7 @@ def drives(record: Record) -> list[Drive]:
 def all_below_world(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
     return from_faults([f'{name} is not below world' for name in record.frames
-                        if record.ancestors(name)[-1] != 'world'], len(record.frames), 'frames')
+                        if record.ancestors(name)[-1] != record.actual('world')], len(record.frames), 'frames')
 
 
 @rule('frames: odom', 'odom … a fixed offset from world … the initial location of the turtle',
@@ -117,7 +120,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 def links_are_frames(record: Record) -> Finding:
     robot = model(record)
     faults = [f'{link} is not in TF' for link in robot.links if link != 'base_link'
-              and 'base_link' not in record.ancestors(link)]
+              and record.actual('base_link') not in record.ancestors(link)]
     radius = record.profile.numbers.get('wheel_radius')
     wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
     if wheel is not None and radius is not None and not abs(wheel.position[2] - radius) <= NEAR:
@@ -130,7 +133,7 @@ def links_are_frames(record: Record) -> Finding:
 def brick_is_below_world(record: Record) -> Finding:
     frame(record, 'brick')
     chain = record.ancestors('brick')
-    return Finding(chain[-1] == 'world', ' -> '.join(reversed(chain)))
+    return Finding(chain[-1] == record.actual('world'), ' -> '.join(reversed(chain)))
 
 
 @rule('frames: broadcasters', 'Broadcasting the … base_link frame …, the brick frame …',
@@ -156,6 +159,13 @@ def names_are_relative(record: Record) -> Finding:
                         if not topic.startswith(own)], len(topics), 'topics')
 
 
+def publishers(record: Record, name: str) -> list[str]:
+    """Return the full names of all nodes that publish on a topic in the profile."""
+    topic = record.profile.topics.get(name, name)
+    full_name = topic if topic.startswith('/') else f'{record.namespace.rstrip("/")}/{topic}'
+    return sorted(record.publishers.get(full_name, ()))
+
+
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Compare the rate of a topic or frame with a nominal rate (Hz) in each observed interval."""
     rates = []
@@ -167,8 +177,12 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         else:
             stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
         rates.append(message_rate([stamp * SECONDS_PER_NS for stamp in stamps]))
-    return Finding(all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates), ', '.join(
-        f'{rate:.2f} Hz {label}' for rate, label in zip(rates, ('at rest', 'driving'))))
+    text = ', '.join(f'{rate:.2f} Hz {label}'
+                     for rate, label in zip(rates, ('at rest', 'driving')))
+    nodes = publishers(record, name)
+    if len(nodes) > 1:
+        text += f', published by {" and ".join(nodes)}'
+    return Finding(all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates), text)
 
 
 for name in ('cmd_vel', 'odom', 'joint_states', 'base_link'):
@@ -199,12 +213,13 @@ def commands_at_rest(record: Record) -> Finding:
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
       'the pose on odom equals the pose of base_link in TF, except for one turtlesim tick')
 def odometry_equals_tf(record: Record) -> Finding:
-    off, turned = [], []
+    off, turned, base = [], [], frame(record, 'base_link')
     for odometry in messages(record, 'odom'):
-        frames = (odometry.message.header.frame_id, odometry.message.child_frame_id)
-        if frames != ('odom', 'base_link'):
+        frames = [name.removeprefix('/') for name in (
+            odometry.message.header.frame_id, odometry.message.child_frame_id)]
+        if frames != [record.actual('odom'), record.actual('base_link')]:
             raise Failed(f'the odometry is the pose of {frames[1]!r} in {frames[0]!r}')
-        sample = frame(record, 'base_link').at(stamp_of(odometry))
+        sample = base.at(stamp_of(odometry))
         if sample is not None:
             p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
             there = pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
@@ -223,7 +238,7 @@ def twist_is_command(record: Record) -> Finding:
     messages(record, 'odom')
     equal = []
     for drive in drives(record):
-        for odometry in record.messages('odom', drive.begin, drive.end):
+        for odometry in thin(record.messages('odom', drive.begin, drive.end)):
             recent = record.messages('cmd_vel', odometry.published - COMMAND_AGE_NS,
                                      odometry.published + COMMAND_AGE_NS)
             twist = velocity(odometry.message.twist)
@@ -413,7 +428,8 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the driven and rolled distances (m). Wrong-way rolling counts as negative."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
-    track = [(angle, wheel) for stamp, angle in record.joint(joint.name, drive.begin, drive.end)
+    angles = record.joint(joint.name, drive.begin, drive.end)
+    track = [(angle, wheel) for stamp, angle in thin(angles)
              if (wheel := record.pose(joint.child, stamp)) is not None]
     for (last_angle, last_wheel), (angle, wheel) in pairwise(track):
         motion, axis = (wheel.position - last_wheel.position)[:2], wheel.axes @ joint.axis
@@ -478,8 +494,8 @@ def stem_points_along(record: Record) -> Finding:
         motions = [(b, (b.pose.position - a.pose.position)[:2])
                    for a, b in zip(samples, samples[STRIDE:])]
         moving = [(sample, motion) for sample, motion in motions if hypot(*motion) > NEAR]
-        angles = record.joint(model(record).joint('stem').name, drive.begin, drive.end)
-        for sample, motion in moving[len(moving) // 4:3 * len(moving) // 4]:
+        angles = thin(record.joint(model(record).joint('stem').name, drive.begin, drive.end))
+        for sample, motion in thin(moving[len(moving) // 4:3 * len(moving) // 4]):
             angle = min(angles, key=lambda one: abs(one[0] - sample.stamp))[1]
             off.append(misalignment(record, sample, angle, motion))
     return within(MAX_MISALIGNMENT, off, 'the robot was not observed while driving',
@@ -489,6 +505,7 @@ def stem_points_along(record: Record) -> Finding:
 @rule('tilt', 'The tilt angle … is set to the last message received on this topic',
       'the joint and TF have each requested angle', ['frames: robot', 'URDF: platform'])
 def platform_has_the_tilt(record: Record) -> Finding:
+    require_clear(record, 'tilt')
     robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
     for request in require_data(record.tilts, 'the platform was not tilted'):
         require_accepted(request)

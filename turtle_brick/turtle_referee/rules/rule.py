@@ -36,6 +36,9 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 
+MAX_COUNT = 1000
+"""Maximum number of samples to evaluate, where more would only take time."""
+
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
@@ -44,6 +47,10 @@ ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
 
 class Failed(Exception):
     """The reason why a requirement is not met."""
+
+
+class Absent(Failed):
+    """The reason why a requirement is not met if a part of the graph is absent."""
 
 
 class Open(Exception):
@@ -85,7 +92,8 @@ class Judgment(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # Other failed requirements that may be the cause.
+    follows: Sequence[str] = ()  # Crashes and other failed requirements that may be the cause.
+    absent: bool = False  # Whether a part of the graph is absent.
 
 
 Judge = Callable[[Record], Finding]
@@ -102,20 +110,21 @@ class Rule(NamedTuple):
 
     def __call__(self, record: Record) -> Judgment:
         """Judge a record regardless of the machine's load."""
-        plot = None
+        plot, absent = None, False
         try:
             with numpy.errstate(all='ignore'):
                 met, measured, plot = self.judge(record)
             mark = MET if met else FAILED
         except Failed as error:
-            mark, measured = FAILED, str(error)
+            mark, measured, absent = FAILED, str(error), isinstance(error, Absent)
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             # Unexpected data must not stop the referee.
             mark = FAILED
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
-        return Judgment(self.name, self.sentence, self.expected, mark, measured, plot)
+        return Judgment(self.name, self.sentence, self.expected, mark, measured, plot,
+                        absent=absent)
 
 
 class Rules(list[Rule]):
@@ -140,6 +149,11 @@ class Rules(list[Rule]):
                 if one.mark == FAILED and rule(calm).mark != FAILED else one
                 for rule, one in zip(self, judgments)]
         causes = self.causes({one.name: one.measured for one in judgments if one.mark == FAILED})
+        crashed = [crash.partition(': ')[0] for crash in record.crashes]
+        absent = {one.name for one in judgments if one.absent}
+        for name, found in causes.items():
+            if crashed and absent.intersection([name, *found]):
+                causes[name] = crashed
         judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
                                   follows=causes.get(one.name, ())) for one in judgments]
         order = (FAILED, OPEN, MET)
@@ -167,6 +181,12 @@ def number(record: Record, name: str) -> float:
     return record.profile.numbers[name]
 
 
+def thin(items: Iterable[Value]) -> list[Value]:
+    """Return evenly spaced items, fewer than twice MAX_COUNT."""
+    items = list(items)
+    return items[::max(len(items) // MAX_COUNT, 1)]
+
+
 def require_data(items: list[Value], reason: str) -> list[Value]:
     """Return the items, or raise Open with the given reason if the list is empty."""
     if not items:
@@ -175,16 +195,25 @@ def require_data(items: list[Value], reason: str) -> list[Value]:
 
 
 def require(value: Value | None, fault: str) -> Value:
-    """Return the value, or raise Failed with the given fault if the value is None."""
+    """Return the value, or raise Absent with the given fault if the value is None."""
     if value is None:
-        raise Failed(fault)
+        raise Absent(fault)
     return value
+
+
+def require_clear(record: Record, *names: str) -> None:
+    """Raise Open if a part of the interface, given by its standard name, could not be used."""
+    for name in names:
+        if name in record.unclear:
+            raise Open(record.unclear[name])
 
 
 def require_accepted(request: Request | None) -> Request:
     """Return a request, or raise Failed with the response message if the request was refused."""
-    if request is None or not request.accepted:
-        raise Failed(request and request.message or 'the request was refused')
+    if request is None or not request.answered:
+        raise Absent(request and request.message or 'there was no response')
+    if not request.accepted:
+        raise Failed(request.message or 'the request was refused')
     return request
 
 
