@@ -14,8 +14,8 @@
 """Send goals to a running graph, place and drop bricks, and wait for the results."""
 
 from collections.abc import Callable, Sequence
-from math import dist, inf, sqrt
-from time import monotonic, time_ns
+from math import dist, sqrt
+from time import time_ns
 from typing import Any
 
 from graph_client.drops import DropWatch
@@ -28,13 +28,10 @@ from graph_client.spinning import Spinner
 
 TIMEOUT = 3.0
 """Timeout (s) for immediate actions."""
-
 MAX_TIMEOUT = 60.0
 """Upper limit (s) for timeouts computed from the robot's parameters."""
-
 REST_TIME = 0.3
 """Duration (s) without motion after which the robot is considered to be at rest."""
-
 HOVERING_TIME = 0.5
 """Time (s) between placing and dropping a brick."""
 
@@ -45,8 +42,6 @@ class GraphClient:
     def __init__(self, graph: Spinner, observer: Observer, timeout: float = TIMEOUT) -> None:
         """Create a client. `graph` spins `observer`. `timeout` (s) limits immediate actions."""
         self.timeout = timeout
-        self.stops = True  # Whether the robot stopped after the last drive.
-        self.deadline = inf  # Time (s) of the monotonic clock after which no wait continues.
         self.graph = graph
         self.observer = observer
         self.record = observer.record
@@ -54,8 +49,7 @@ class GraphClient:
     def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
         """Wait until a condition holds, or return False when the timeout (s) expires."""
         try:
-            self.graph.spin_until(
-                condition, min(MAX_TIMEOUT, timeout, self.deadline - monotonic()), '')
+            self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
         except TimeoutError:
             return False
         return True
@@ -99,28 +93,22 @@ class GraphClient:
         since = rest_start(track, 1e-3, round(0.8 * REST_TIME * NS_PER_SECOND))
         return since is not None and since == track[0][0]
 
-    def wait_for_rest(self) -> None:
-        """Wait until the robot stops, unless the robot did not stop after the last drive."""
-        self.wait_until(self.is_at_rest, self.timeout if self.stops else 0.0)
-
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
         """Drive to a goal (m) and wait until the robot stops. Return None if no robot exists."""
         if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
-        self.wait_for_rest()
+        self.wait_until(self.is_at_rest, self.timeout)
         start = self.robot_position()
         if start is None:
             return None
         begin, distance = time_ns(), self.distance_to(goal)
-        try:
-            self.observer.send_goal(*goal)
-        except LookupError:
+        if not self.observer.send_goal(*goal):
             return None
         if distance < 0.02 or self.wait_until(
                 lambda: self.distance_to(start) > 0.01, self.timeout):
-            self.stops = self.wait_until(
-                self.is_at_rest, distance / self.number('max_velocity') * 2.0 + self.timeout)
+            self.wait_until(self.is_at_rest,
+                            distance / self.number('max_velocity') * 2.0 + self.timeout)
         drive = Drive(begin, time_ns(), start, goal)
         self.record.drives.append(drive)
         return drive
@@ -150,12 +138,9 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def _fill_release(self, request: Any) -> None:
-        """Set all flags, and assume that each number in the request is the gravity."""
-        for name, kind in request.get_fields_and_field_types().items():
-            if kind == 'boolean':
-                setattr(request, name, True)
-        gravity = self.number('gravity_accel')
+        """Assume that each number in a request to drop the brick is the gravity."""
         for owner, name in number_fields(request):
+            gravity = self.number('gravity_accel')
             setattr(owner, name, gravity)
             self.record.profile.numbers['gravity_accel'] = gravity
             self.record.note(f'assumed: drop expects the gravity, {gravity:g} m/s^2')
@@ -165,11 +150,10 @@ class GraphClient:
         request = self.call('place', position)
         if request.accepted:
             self.graph.spin_for(hovering)
-        if request.accepted and len(request.value) == 2:
-            self.record.note('assumed: place expects x and y, and the arena chooses the height')
             brick = self.record.pose('brick', time_ns() - EXTRAPOLATION_NS)
-            height = position[2] if brick is None else float(brick.position[2])
-            request = request._replace(value=(*request.value, height))
+            if len(request.value) == 2 and brick is not None:
+                self.record.note('assumed: place has no z, and the arena chooses the height')
+                request = request._replace(value=(*request.value, float(brick.position[2])))
         request = request._replace(end=time_ns())
         if 'place' not in self.record.unclear:
             self.record.places.append(request)
@@ -210,4 +194,4 @@ class GraphClient:
                 self.wait_until(lambda: watch.leveled, self.timeout)
         else:
             self.graph.spin_for(0.6)  # The brick must stay on the ground.
-        self.wait_for_rest()
+        self.wait_until(self.is_at_rest, self.timeout)

@@ -21,16 +21,12 @@ import socket
 
 DOMAINS = range(101)
 """Domains whose ports are below the range of ports that Linux assigns automatically."""
-
 LAST_DOMAIN = 232
 """Maximum domain number that DDS supports."""
-
 PARTICIPANTS = 32
 """Number of ports to check per domain. The first ports of a used domain may be free."""
-
 MARK_PORT_BASE = 32768
 """Lowest TCP port used to reserve a domain, as in the domain_coordinator package of ROS 2."""
-
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
 """Environment variables that set the discovery range."""
 

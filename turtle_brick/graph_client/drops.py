@@ -23,28 +23,20 @@ import numpy
 
 UNREACHABLE = 'Unreachable'
 """Marker text for a brick that cannot be caught."""
-
 STILL = 1e-3
 """Maximum displacement (m) of a brick at rest."""
-
 MIN_FALL = 1e-5
 """Minimum distance (m) between a falling brick and its starting position."""
-
 LANDING_NS = 40_000_000
 """Duration (ns) at a constant height after which a brick is considered to have landed."""
-
 FLOATING_NS = 150_000_000
 """Time (ns) without motion after which a brick that has slid is considered to be floating."""
-
 MIN_SLIDE = 0.02
 """Minimum distance (m) that a brick slides before it floats."""
-
 TILTED, LEVEL = 0.05, 0.02
 """Minimum inclination (rad) of a tilted platform and maximum inclination of a level platform."""
-
 MARGIN = 0.15
 """Maximum distance (m) of a caught brick's center beyond the platform's edge."""
-
 HISTORY = 400
 """Number of stored brick positions."""
 

@@ -25,10 +25,8 @@ Array = NDArray[numpy.float64]
 
 ARENA_SIZE = 499.0 / 45.0
 """Side length (m) of the arena. turtlesim shows 500 pixels per side and 45 pixels per meter."""
-
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
 """Initial position (m) of the first turtle in turtlesim."""
-
 UPRIGHT: Array = numpy.eye(3)
 """Rotation matrix of an upright frame."""
 

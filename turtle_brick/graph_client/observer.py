@@ -33,16 +33,12 @@ from tf2_msgs.msg import TFMessage
 
 DEPTH = 2000
 """Queue size of each subscription, sufficient for several seconds of messages."""
-
 FETCH_PERIOD = 0.02
 """Period (s) for fetching messages."""
-
 DISCOVERY_PERIOD = 0.5
 """Period (s) for discovering new topics and measuring the processor load."""
-
 MAX_LOAD = 95.0
 """Minimum processor load (%) that may delay a graph."""
-
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 
 
@@ -72,6 +68,14 @@ def fill_position(message: Any, position: Sequence[float]) -> int:
             setattr(owner, name, float(position[count]))
             count += 1
     return count
+
+
+def fill_angle(message: Any, angle: float) -> bool:
+    """Set the first floating-point field in a message. Return whether such a field exists."""
+    for owner, name in number_fields(message):
+        setattr(owner, name, float(angle))
+        return True
+    return False
 
 
 def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
@@ -241,75 +245,67 @@ class Observer(Node):
             infos = self._others(self.get_subscriptions_info_by_topic(topic))
             if not infos:
                 return None
-            self._publishers_by_topic[topic] = self.create_publisher(
-                load_type(infos[0].topic_type), topic, 10)
+            try:
+                message_type = load_type(infos[0].topic_type)
+            except LookupError as error:
+                self.record.unclear[name] = str(error)
+                return None
+            self._publishers_by_topic[topic] = self.create_publisher(message_type, topic, 10)
         publisher = self._publishers_by_topic[topic]
         # The poller also subscribes to topics on which other nodes publish.
         own = topic in self._subscribed
         return publisher if publisher.get_subscription_count() > own else None
 
-    def send_goal(self, x: float, y: float) -> None:
-        """Send the robot to a point (m) in the world frame, or raise LookupError."""
-        def fill(goal: Any) -> int:
-            if hasattr(goal, 'header'):
-                goal.header.frame_id = self.record.actual('world')
-                goal.header.stamp = self.get_clock().now().to_msg()
-            return fill_position(goal, (x, y)) == 2
-        self._send('goal_pose', 'x and y', fill)
+    def send_goal(self, x: float, y: float) -> bool:
+        """Send the robot to a point (m) in the world frame. Return False if this is impossible."""
+        return self._send('goal_pose', lambda goal: fill_position(goal, (x, y)) == 2)
 
-    def send_tilt(self, angle: float) -> None:
-        """Send an angle (rad) in the first floating-point field of a tilt message."""
-        def fill(tilt: Any) -> bool:
-            owner, name = next(number_fields(tilt), (None, ''))
-            if owner is not None:
-                setattr(owner, name, float(angle))
-            return owner is not None
-        self._send('tilt', 'an angle', fill)
+    def send_tilt(self, angle: float) -> bool:
+        """Tilt the platform by an angle (rad). Return False if this is impossible."""
+        return self._send('tilt', lambda tilt: fill_angle(tilt, angle))
 
-    def _send(self, name: str, content: str, fill: Callable[[Any], bool]) -> None:
-        topic, publisher = self.record.profile.topics[name], self.command_publisher(name)
+    def _send(self, name: str, fill: Callable[[Any], bool]) -> bool:
+        publisher = self.command_publisher(name)
         if publisher is None:
-            raise LookupError(f'no node subscribes to {topic}')
+            return False
         message = publisher.msg_type()
+        if hasattr(message, 'header'):
+            message.header.frame_id = self.record.actual('world')
+            message.header.stamp = self.get_clock().now().to_msg()
         if not fill(message):
-            self.record.unclear[name] = f'the type of {topic} has no field for {content}'
-            raise LookupError(self.record.unclear[name])
+            self.record.unclear[name] = f'the type of {publisher.topic} has no suitable field'
+            return False
         publisher.publish(message)
+        return True
 
-    def recognize_names(self) -> bool:
-        """Use similar names for missing parts of the interface. Return whether any was found."""
-        record, profile, inside = self.record, self.record.profile, self.get_namespace()
-        types = dict(self.get_topic_names_and_types())
+    def recognize_names(self) -> None:
+        """Use similar names for those parts of the interface that do not exist."""
+        record, types = self.record, dict(self.get_topic_names_and_types())
         published = {topic: types.get(topic, []) for topic in record.publishers}
         subscribed = {topic: kinds for topic, kinds in types.items()
                       if self._others(self.get_subscriptions_info_by_topic(topic))}
-        services = {service: kinds for service, kinds in self.get_service_names_and_types()
-                    if not kinds[0].startswith('rcl_interfaces/')}
-        count = len(record.notes)
-        for name in profile.topics:
-            available = subscribed if name in COMMANDS else published
-            self._recognize(name, profile.topics, {
-                one: kinds for one, kinds in available.items() if one.startswith(inside)})
-        for name in profile.services:
-            self._recognize(name, profile.services, {
-                one: kinds for one, kinds in services.items() if one.startswith(inside)})
-        for name in profile.frames:
-            self._recognize(name, profile.frames, dict.fromkeys(record.frame_names(), []))
-        return len(record.notes) > count
+        for names, offered in (
+                (record.profile.topics, published),
+                (record.profile.services, dict(self.get_service_names_and_types())),
+                (record.profile.frames, dict.fromkeys(record.frame_names(), []))):
+            for name, used in names.items():
+                available = subscribed if name in COMMANDS else offered
+                # The profile may contain another name.
+                if used in (name, f'turtle1/{name}') and not (
+                        {used, self.resolve_topic_name(used)} & available.keys()):
+                    self._recognize(name, names, available)
 
     def _recognize(self, name: str, names: dict[str, str], available: dict[str, list[str]]
                    ) -> None:
-        used, found = names[name], similar_names(name, available)
-        if (used not in (name, f'turtle1/{name}')  # The profile contains another name.
-                or available.keys() & {used, self.resolve_topic_name(used)} or not found):
-            return
+        found = [one for one in similar_names(name, available)
+                 if one.startswith(self.get_namespace()) or not one.startswith('/')]
         if len(found) > 1:
             self.record.unclear[name] = (
                 f'{name} could be {" or ".join(sorted(found))}; add it to a profile')
-            return
-        names[name] = found[0]
-        kinds = ''.join(f' ({kind})' for kind in available[found[0]])
-        self.record.note(f'assumed: {name} is {found[0]}{kinds}')
+        elif found:
+            names[name] = found[0]
+            kinds = ''.join(f' ({kind})' for kind in available[found[0]])
+            self.record.note(f'assumed: {name} is {found[0]}{kinds}')
 
     def service_client(self, name: str) -> Any:
         """Return the client for 'place' or 'drop', or raise LookupError if there is no server."""

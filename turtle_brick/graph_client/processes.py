@@ -24,62 +24,40 @@ import threading
 
 END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
-
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
 """Pattern for a ros2 launch message with the label, name and exit status of a failed process."""
-
 STOPPED = (-signal.SIGINT, -signal.SIGTERM)
 """Exit codes of processes that ros2 launch stopped."""
-
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
 """Pattern for a Python traceback, with a group for the error in the last line."""
-
 
 LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^:]*: '
                           r'((?:.|\n(?!\[))*)', re.M)
 """Pattern for the error that ends ros2 launch, with a group for the whole message."""
-
-NOT_STARTED = re.compile(r'^\[ERROR\] \[(\S+)-\d+\]: exception occurred while executing process:\n'
-                         r'(?:.|\n(?!\[))*?^(\w+Error: .*)', re.M)
-"""Pattern for the error of a process that ros2 launch could not start."""
-
-ONE_OF_SEVERAL = re.compile(r'Caught multiple exceptions [^:]*:\n - ')
-"""Pattern for the beginning of the message if ros2 launch tried several file formats."""
-
-MAX_LENGTH = 400
-"""Maximum length of a reported error."""
+MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
+"""Pattern for the name of a package or a Python module that was not found."""
 
 
 def launch_error(output: str) -> str:
     """Extract the reason why ros2 launch started no graph from its output, or return ''."""
     errors = LAUNCH_ERROR.findall(output)
-    if errors:
-        # The first attempt is the one in the format that the name of the file requires.
-        error = re.split(r'\n - ', ONE_OF_SEVERAL.split(errors[-1])[-1])[0]
-        if 'Captured stderr output:' in error:
-            command, _, printed = error.partition('Captured stderr output:')
-            program = command.partition('Command: ')[2].split()
-            fault = 'failed' if 'command failed' in command else 'printed a warning to stderr'
-            error = f'{Path(*program[:1]).name} {fault}, which stops the launch: {printed}'
-    else:
-        found = [*crashes(output), *(f'{name} did not start: {text}'
-                                     for name, text in NOT_STARTED.findall(output))]
-        error = '; '.join(found)
-    return ' '.join(error.partition(', searching: ')[0].strip('"').split())[:MAX_LENGTH]
-
-
-MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
-"""Pattern for the name of a package or a Python module that was not found."""
+    if not errors:
+        return '; '.join(crashes(output))
+    # The first attempt to read the file uses the format that the name of the file requires.
+    error = next(part for part in errors[-1].split('\n - ') if 'multiple exceptions' not in part)
+    command, _, printed = error.partition('Captured stderr output:')
+    if printed:
+        program = Path(command.partition('Command: ')[2].partition(' ')[0]).name
+        error = f'{program} printed an error or a warning, which stops the launch: {printed}'
+    return ' '.join(error.partition(', searching: ')[0].strip('"').split())[:400]
 
 
 def explain_missing(error: str) -> str:
     """Add to an error whether the environment or the workspace lacks a package or a feature."""
-    names = list(dict.fromkeys(a or b for a, b in MISSING.findall(error)))
-    if not names:
-        return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
-    own = any(name.startswith('turtle_brick') for name in names)
-    return (f'{error} (the {"workspace" if own else "environment"} lacks '
-            f'{" and ".join(names)})')
+    for name in (a or b for a, b in MISSING.findall(error)):
+        place = 'workspace' if name.startswith('turtle_brick') else 'environment'
+        return f'{error} (the {place} lacks {name})'
+    return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
 
 
 def crashes(output: str) -> list[str]:

@@ -81,12 +81,7 @@ class Profile:
 
 
 def similar_names(name: str, available: Mapping[str, Iterable[str]]) -> list[str]:
-    """
-    Return the available names that are most similar to a standard name.
-
-    :param name: a standard name such as 'drop'
-    :param available: names such as '/arena/drop_brick', with their types
-    """
+    """Return the available names, given with types, that are most similar to a standard name."""
     word = name.removesuffix('_pose').removesuffix('_states')
     found = {}
     for full_name, types in available.items():

@@ -29,22 +29,16 @@ SECONDS_PER_NS = 1e-9
 
 MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) for interpolation between two transforms."""
-
 EXTRAPOLATION_NS = 50_000_000
 """Maximum time (ns) by which poses are extrapolated beyond the first or last transform."""
-
 MAX_LATENESS_NS = 15_000_000
 """Maximum delay (ns) of the observer that does not count as a stall."""
-
 STALL_AFTERMATH_NS = NS_PER_SECOND
 """Duration (ns) of a stall's effects after the stall ends."""
-
 MAX_AHEAD_NS = 5_000_000_000
 """Maximum time (ns) by which a timestamp may be ahead of the publication time."""
-
 MAX_DEPTH = 30
 """Maximum number of frames between a frame and the world frame."""
-
 OVERLOADED = 'the machine was overloaded'
 """Text in the measured result if a requirement cannot be judged because of stalls."""
 

@@ -28,7 +28,6 @@ from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
 """Timeout (s) for each spin_once. A constant timeout lets the executor serve all nodes in turn."""
-
 INTERRUPTED = Event()
 """Event set by Ctrl-C and SIGTERM after handle_interrupts is called."""
 

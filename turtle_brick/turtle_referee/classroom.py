@@ -39,35 +39,25 @@ HOURS = {
     4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
     5: ('verdict', 'text', 'carry', 'tip off', 'again')}
 """Name prefixes of the requirements judged in each hour of class."""
-
 RESULTS = Path('judged')
 """Directory for the JSON files and HTML pages of all students."""
-
 PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
 """Packages to hide from the environment before a workspace is sourced."""
-
 INSTALL_DIRECTORIES = ('install', '.ros/install')
 """Directories, relative to a workspace, in which colcon and env.bash install packages."""
-
 SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
 """Paths to the package's `share` directory in isolated and in merged installations."""
-
 LAUNCH_FILES = ('turtle_arena*launch.py', 'turtle_arena*launch.xml')
 """Patterns for the launch files of the arena, in order of preference."""
-
 ROS_SETUP = Path(__file__).parents[1] / 'scripts/ros.bash'
 """Script that makes ROS available in a shell without any workspace."""
-
 PREFIX = re.compile('^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(.*)$', re.M)
 """Pattern for the directory in which colcon installed a workspace, in its file setup.sh."""
-
 SOURCE = '[ ! -e "$1" ] || source "$1" >&2 && IFS= source "$2" && exec "${@:3}"'
 """Bash code that sources ROS and a workspace, and runs a command. IFS keeps spaces in paths."""
-
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_referee.referee import main; sys.exit(main())')
 """Python program that runs this referee, even if the workspace contains another referee."""
-
 TIME_LIMIT = 240.0
 """Time limit (s) for judging one launch file."""
 

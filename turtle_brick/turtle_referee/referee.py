@@ -27,12 +27,10 @@ was judged.
 
 import argparse
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 import os
 from pathlib import Path
-from platform import python_version
 import shlex
 import sys
 from time import monotonic
@@ -44,14 +42,13 @@ from graph_client.processes import crashes, explain_missing, launch_error, Proce
 from graph_client.profiles import Profile
 from graph_client.record import Record
 from graph_client.spinning import NodeSpinner
-from rclpy.utilities import get_rmw_implementation_identifier
 from turtle_referee import report
 from turtle_referee.classroom import HOURS, judge_class, rules_in_hour
-from turtle_referee.rules import arena_rules, catcher_rules, robot_rules
+from turtle_referee.rules import arena_rules, robot_rules
 from turtle_referee.rules.rule import FAILED, Judgment, Rules
 from turtle_referee.trial import DISCOVERY_TIME, Trial
 
-RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
+RULES = Rules((*robot_rules.RULES, *arena_rules.RULES))
 
 START_TIME = 60.0
 """Timeout (s) for the start of a new graph."""
@@ -61,50 +58,36 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             log: Callable[[str], None]) -> Record:
     """Send all requests to a running or newly started graph and return the record."""
     with ExitStack() as stack:
-        def start_observer(namespace: str) -> NodeSpinner:
-            return stack.enter_context(
-                NodeSpinner(partial(Observer, profile=profile), namespace=namespace))
-
-        def run_trial(spinner: NodeSpinner) -> None:
-            Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
-                  is_alive=lambda: process is None or process.running).run()
-
-        spinner = start_observer(options.namespace)
         process = stack.enter_context(Process(
             command, listener=sys.stderr.write if options.verbose else None)) if command else None
-        run_trial(spinner)
-        namespaces = spinner.node.other_namespaces()
-        if command and spinner.node.record.is_empty() and len(namespaces) == 1:
+
+        def run_trial(namespace: str) -> Observer:
+            spinner = stack.enter_context(
+                NodeSpinner(partial(Observer, profile=profile), namespace=namespace))
+            Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
+                  is_alive=lambda: process is None or process.running).run()
+            return spinner.node
+
+        observer = run_trial(options.namespace)
+        namespaces = observer.other_namespaces()
+        if command and observer.record.is_empty() and len(namespaces) == 1:
             # The command started the graph in this namespace.
-            spinner = start_observer(namespaces.pop())
-            run_trial(spinner)
-        record = spinner.node.record
+            observer = run_trial(namespaces.pop())
         if process is not None:
-            add_faults(record, process)
-        return record
+            add_faults(observer.record, process)
+        return observer.record
 
 
 def add_faults(record: Record, process: Process) -> None:
     """Add the crashes and the errors of the command that starts the graph to a record."""
-    for crash in crashes(process.output):
-        if crash.startswith('rviz2 ') and not os.environ.get('DISPLAY'):
-            record.note('rviz2 ended because this machine has no display; this is not judged')
-        else:
-            record.crashes.append(explain_missing(crash))
-    if record.is_empty() and (error := launch_error(process.output) or (
-            '' if process.running else process.exit_message())):
-        record.notes = [f'found no graph: {explain_missing(error)}']
+    # Without a display, rviz2 cannot run.
+    record.crashes = [explain_missing(crash) for crash in crashes(process.output)
+                      if os.environ.get('DISPLAY') or not crash.startswith('rviz2 ')]
+    error = launch_error(process.output) or ('' if process.running else process.exit_message())
+    if record.is_empty() and error:
+        record.notes, record.crashes = [f'found no graph: {explain_missing(error)}'], []
     elif not process.running:
         record.notes.append(process.exit_message())
-
-
-def versions() -> dict[str, str]:
-    """Return the versions of ROS, Python and the installed packages."""
-    found = {'ROS': os.environ.get('ROS_DISTRO', '')}
-    for package in ('rclpy', 'turtlesim', 'turtle_brick'):
-        with suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return {**found, 'rmw': get_rmw_implementation_identifier(), 'Python': python_version()}
 
 
 def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
@@ -171,16 +154,15 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     judgments = [] if record.is_empty() else rules.judge(record)
     about: dict[str, Any] = {
         'student': options.student, 'date': report.date(), 'command': shlex.join(command),
-        'versions': versions(), 'numbers': profile.numbers, 'seconds': round(
-            monotonic() - begin, 1), 'crashes': record.crashes, 'notes': record.notes,
-        'overload': record.stall_summary()}
+        'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
+        'crashes': record.crashes, 'notes': record.notes, 'overload': record.stall_summary()}
     if options.json is not None:
         options.json.write_text(report.as_json(judgments, about), encoding='utf-8')
     if not judgments:
         raise RuntimeError('; '.join([*record.crashes, *record.notes]))
     if options.page is not None:
         options.page.write_text(report.page(judgments, about), encoding='utf-8')
-    report.print_judgments(judgments, record.crashes, record.notes, record.stall_summary())
+    report.print_judgments(judgments, about)
     return judgments
 
 
@@ -205,7 +187,3 @@ def main(args: Sequence[str] | None = None) -> int:
         print(f'referee: {error}', file=sys.stderr)
         return 2
     return 1 if any(judgment.mark == FAILED for judgment in judgments) else 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

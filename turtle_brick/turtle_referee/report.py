@@ -20,7 +20,6 @@ from datetime import datetime
 from html import escape
 from io import StringIO
 import json
-from math import isfinite
 import os
 from pathlib import Path
 import sys
@@ -122,35 +121,25 @@ def html_page(title: str, body: str) -> str:
             f'<body><main><h1>{title}</h1>{body}</main></body></html>\n')
 
 
-def print_judgments(judgments: Sequence[Judgment], crashes: Sequence[str] = (),
-                    notes: Sequence[str] = (), overload: str = '') -> None:
+def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> None:
     """Print crashes, notes and a table of all requirements, and repeat those that are not met."""
-    for crash in crashes:
-        print(f'{FAILED} {crash}')
-    for note in notes:
-        print(f'note: {note}')
+    for line in (*(f'{FAILED} {crash}' for crash in about['crashes']),
+                 *(f'note: {note}' for note in about['notes'])):
+        print(line)
     rows = fold(judgments)
     print_table(('', 'requirement', 'measured', 'expected'), (
         (one.mark, one.name, result(one), one.expected) for one in rows))
     print('', *(f'{one.mark} {one.name}: {result(one)}' for one in rows if one.mark != MET),
           tally(one.mark for one in judgments), sep='\n')
-    if overload:
-        print(f'{overload}, so "0 {FAILED} failed" proves nothing: judge again on an idle machine')
+    if about['overload']:
+        print(f'{about["overload"]}, so "0 {FAILED} failed" proves nothing: judge again on an '
+              'idle machine')
 
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
-    """Return all judgments with their plots, and information about the run, as JSON."""
-    def plain(value: Any) -> Any:
-        if isinstance(value, float):
-            return float(f'{value:.7g}') if isfinite(value) else None
-        if isinstance(value, dict):
-            return {key: plain(one) for key, one in value.items()}
-        if hasattr(value, '_asdict'):
-            return plain(value._asdict())
-        return [plain(one) for one in value] if isinstance(value, (list, tuple, range)) else value
-
-    return json.dumps(plain({**about, 'requirements': judgments}), indent=1,
-                      ensure_ascii=False) + '\n'
+    """Return all judgments without plots, and information about the run, as JSON."""
+    requirements = [one._replace(plot=None)._asdict() for one in judgments]
+    return json.dumps({**about, 'requirements': requirements}, indent=1, ensure_ascii=False) + '\n'
 
 
 def draw(plot: Plot) -> str:
@@ -158,11 +147,9 @@ def draw(plot: Plot) -> str:
     from matplotlib.figure import Figure
     figure = Figure(figsize=(4.6, 3.1), layout='constrained')
     axes = figure.subplots()
-    axes.plot(plot.line.x, plot.line.y, color='#8a94a3', label=plot.line.label)
-    for series in plot.points:
-        step = max(len(series.x) // 60, 1)
-        axes.plot(list(series.x)[::step], list(series.y)[::step], 'o', markersize=3.5,
-                  label=series.label)
+    axes.plot(*plot.expected, color='#8a94a3', label='expected')
+    axes.plot(*(list(values)[::len(values) // 60 + 1] for values in plot.measured), 'o',
+              markersize=3.5, label='measured')
     axes.set(title=plot.title, xlabel=plot.x_label, ylabel=plot.y_label)
     axes.legend(frameon=False, fontsize='small')
     file = StringIO()
@@ -194,32 +181,27 @@ TITLES = ('student', MET, FAILED, OPEN, 'failed', 'open', 'date')
 
 EXPLANATION = (
     f'The columns {MET}, {FAILED} and {OPEN} contain the numbers of met, failed and open '
-    'requirements. In the “open” column, each reason is in parentheses. The “failed” '
-    'column omits requirements that may have failed only because another requirement failed. '
-    'The student’s page contains all requirements. The second table shows the number of students '
-    'for each entry in the “failed” column.')
+    'requirements. The “failed” column omits requirements that may have failed only because '
+    'another requirement failed. In the “open” column, each reason is in parentheses. The '
+    'second table shows the number of students for each entry in the “failed” column.')
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
     """Return the table row for a JSON file, or raise ValueError if the file is invalid."""
-    open_requirements: dict[str, list[str]] = {}  # Requirement names by reason.
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
-        requirements = data['requirements']
-        marks = {one['name']: one['mark'] for one in requirements}
-        causes = [one['name'] for one in requirements
-                  if one['mark'] == FAILED and not one['follows']]
+        judgments = [Judgment(**one) for one in data['requirements']]
+        marks = {one.name: one.mark for one in judgments}
+        causes = [one.name for one in judgments if one.mark == FAILED and not one.follows]
         faults = data.get('crashes', []) + ([] if marks else data['notes'])
-        for one in requirements:
-            if one['mark'] == OPEN:
-                overloaded = OVERLOADED in one['measured']
-                reason = 'judge again on a less busy machine' if overloaded else one['measured']
-                open_requirements.setdefault(reason, []).append(one['name'])
+        reasons = fold(
+            one._replace(measured='judge again on a less busy machine')
+            if OVERLOADED in one.measured else one for one in judgments if one.mark == OPEN)
         count = Counter(marks.values())
-        reasons = [f'{", ".join(names)} ({reason})' for reason, names in open_requirements.items()]
         return {'student': name, **{mark: count[mark] for mark in COLORS}, 'date': data['date'],
-                'failed': '; '.join([*faults, *causes]), 'open': '; '.join(reasons), **marks,
-                'faults': faults, 'causes': causes}
+                'failed': '; '.join([*faults, *causes]), **marks, 'faults': faults,
+                'open': '; '.join(f'{one.name} ({one.measured})' for one in reasons),
+                'causes': causes}
     except (LookupError, OSError, TypeError, ValueError) as error:
         raise ValueError(f'{path} is not a JSON file from the referee: {error!r}') from None
 

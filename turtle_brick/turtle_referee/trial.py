@@ -20,12 +20,11 @@ within and out of reach. Every wait has a timeout, so a missing response costs o
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from math import cos, dist, pi, sin, sqrt
+from math import cos, pi, sin
 from time import monotonic, time_ns
 from typing import NamedTuple
 
 from graph_client.client import GraphClient, TIMEOUT
-from graph_client.drops import DropWatch
 from graph_client.geometry import ARENA_SIZE, CENTER, Vector
 from graph_client.observer import Observer
 from graph_client.profiles import NUMBERS
@@ -34,29 +33,18 @@ from graph_client.spinning import Spinner
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
 from turtle_referee.rules.robot_model import model
-from turtle_referee.rules.rule import Failed
+from turtle_referee.rules.rule import Failed, Open
 
 REACTION_TIME = 0.3
 """Maximum permitted time (s) between a brick's release and the robot's reaction."""
-
 DISCOVERY_TIME = 10.0
 """Timeout (s) for discovering a running graph."""
-
-SETTLING_TIME = 6.0
-"""Time (s) without new names or messages after which an incomplete graph is considered started."""
-
-TIME_LIMIT = 80.0
-"""Time (s) after the discovery at which a trial ends."""
-
-MAX_RESTLESS = 2
-"""Maximum number of drives after which a robot may still move before the drives end."""
-
-LONGEST_DROP = 20.0
-"""Time (s) before the end of a trial at which the last brick is dropped."""
-
+COMPLETION_TIME = 20.0
+"""Maximum time (s) between the start of the first node and the start of the last one."""
+TIME_LIMIT = 50.0
+"""Time (s) after the discovery at which the last brick is dropped."""
 LEG, MIN_LEG = 1.5, 0.3
 """Maximum and minimum length (m) of a drive. Slow robots drive shorter distances."""
-
 EDGE_DISTANCE = 0.3
 """Minimum distance (m) between a dropped brick and the edge of the arena."""
 
@@ -105,7 +93,7 @@ class Trial(GraphClient):
     def run(self) -> None:
         """Run the whole program."""
         if self.discover():
-            self.deadline = monotonic() + TIME_LIMIT
+            self.end = monotonic() + TIME_LIMIT
             self.rest()
             self.drive()
             # While the platform tilts, the angle of the brick on the ground is recorded.
@@ -116,12 +104,14 @@ class Trial(GraphClient):
     def discover(self) -> bool:
         """Wait until the graph is complete and return whether a graph was found."""
         self.log('looking for the graph')
-        self.wait_for_graph()
+        self.wait_until(lambda: self.record.publishers or not self.is_alive(), self.discovery_time)
+        self.wait_until(lambda: self.is_complete() or not self.is_alive(),
+                        min(self.discovery_time, COMPLETION_TIME))
         others = sorted(self.observer.other_namespaces())
-        if not self.is_complete() and not (self.is_empty() and len(others) == 1):
-            # Names may be unusual, and each node may be in a namespace of its own.
-            if self.observer.recognize_names():
-                self.wait_for_graph()
+        # Names may be unusual, and each node may be in a namespace of its own.
+        if not (self.is_complete() or self.is_empty() and len(others) == 1):
+            self.observer.recognize_names()
+            self.wait_until(self.is_complete, self.timeout)
         if self.is_empty():
             self.record.notes.append(
                 f'found no graph in the namespace {self.observer.get_namespace()}, but nodes in '
@@ -135,21 +125,6 @@ class Trial(GraphClient):
     def is_empty(self) -> bool:
         """Return whether neither a topic nor a service of the graph was found."""
         return self.record.is_empty() and not self.has_service('place')
-
-    def wait_for_graph(self) -> None:
-        """Wait until the graph is complete, does not change any more, or has exited."""
-        known: set[str] = set()
-        changed = monotonic()
-
-        def is_settled() -> bool:
-            nonlocal known, changed
-            names = {*self.record.publishers, *self.record.frames}
-            if names != known:
-                known, changed = names, monotonic()
-            return bool(names) and monotonic() - changed > SETTLING_TIME
-
-        self.wait_until(lambda: self.is_complete() or is_settled() or not self.is_alive(),
-                        self.discovery_time)
 
     def read_numbers(self) -> None:
         """Read the unknown parameters of the robot from all nodes and from the URDF."""
@@ -167,7 +142,7 @@ class Trial(GraphClient):
                     # Some robots have a negative gravity_accel.
                     if type(value) in (int, float) and 0.0 < abs(value) < 1e9:
                         numbers.setdefault(name, abs(float(value)))
-        with suppress(Failed):  # The assignment does not name the parameter for the radius.
+        with suppress(Failed, Open):  # The assignment does not name the parameter for the radius.
             robot = model(self.record)
             numbers.setdefault('platform_radius', robot.solid('platform', 'cylinder').size[0])
 
@@ -182,13 +157,13 @@ class Trial(GraphClient):
         """Drive all legs and return to the center."""
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
         self.drive_to(CENTER)
-        begin, restless = time_ns(), 0
+        begin = time_ns()
         for number in range(self.program.legs):
             direction = number / self.program.legs
             self.log(f'driving {360.0 * direction:.0f} degrees')
             drive = self.drive_to(offset_by(self.robot_position() or CENTER, direction, leg))
-            restless += not self.stops
-            if drive is None or self.distance_to(drive.start) < 0.01 or restless > MAX_RESTLESS:
+            if (drive is None or self.distance_to(drive.start) < 0.01 or not self.is_at_rest()
+                    or monotonic() > self.end - TIME_LIMIT / 2.0):
                 break
         self.record.driving.append((begin, time_ns()))
         self.drive_to(CENTER)
@@ -198,15 +173,10 @@ class Trial(GraphClient):
         self.log('tilting')
         self.wait_until(lambda: self.observer.command_publisher('tilt'), self.timeout)
         for angle in self.program.tilts:
-            begin = time_ns()
-            try:
-                self.observer.send_tilt(angle)
-            except LookupError as error:
-                self.record.tilts.append(Request(
-                    begin, time_ns(), angle, False, str(error), False))
-                return
-            self.graph.spin_for(0.6)
-            self.record.tilts.append(Request(begin, time_ns(), angle))
+            begin, is_sent = time_ns(), self.observer.send_tilt(angle)
+            self.graph.spin_for(0.6 if is_sent else 0.0)
+            self.record.tilts.append(Request(
+                begin, time_ns(), angle, is_sent, 'no node subscribes to tilt', is_sent))
 
     def start_of(self, drop: PlannedDrop) -> Vector:
         """Return the starting position (m) of the brick for a planned drop."""
@@ -217,19 +187,11 @@ class Trial(GraphClient):
         height = self.number('platform_height') + self.number('gravity_accel') * time ** 2 / 2.0
         return *offset_by(CENTER, drop.direction, distance), height
 
-    def spare_time(self, drop: DropWatch) -> float:
-        """Return the fall time of a dropped brick minus the required driving time (s)."""
-        x, y, height = drop.place
-        fall = max(height - self.number('platform_height'), 0.0)
-        distance = max(dist((x, y), CENTER) - self.number('platform_radius'), 0.0)
-        return (sqrt(2.0 * fall / self.number('gravity_accel'))
-                - distance / self.number('max_velocity'))
-
     def drop_all(self, drops: Sequence[PlannedDrop]) -> None:
         """Drop each brick after the robot has returned to the center."""
         for drop in drops:
-            if monotonic() > self.deadline - LONGEST_DROP:
-                self.record.notes.append(f'not dropped for lack of time: {drop.description}')
+            if monotonic() > self.end:
+                self.record.note('some bricks were not dropped for lack of time')
                 continue
             place = self.start_of(drop)
             self.log(f'{drop.description}, at ' + '({:.2f}, {:.2f}, {:.2f})'.format(*place))
@@ -239,10 +201,9 @@ class Trial(GraphClient):
             if not request.accepted:
                 continue
             watch = self.drop(request.value)
-            if set(NUMBERS) <= set(self.record.profile.numbers):
-                spare_time = self.spare_time(watch)
-                if not 0.0 < spare_time < REACTION_TIME:
-                    watch.should_be_caught = spare_time > 0.0
+            both_may_be_right = 0.0 < drop.spare_time < REACTION_TIME or request.value != place
+            if set(NUMBERS) <= set(self.record.profile.numbers) and not both_may_be_right:
+                watch.should_be_caught = drop.spare_time > 0.0
             if watch.floated and not any(one.floated for one in self.record.drops[:-1]):
                 # A floating brick must not move with the robot.
                 self.drive_to((CENTER[0] + 0.8, CENTER[1]))

@@ -20,7 +20,7 @@ import re
 import signal
 import sys
 
-from graph_client.processes import crashes, Process
+from graph_client.processes import crashes, explain_missing, launch_error, Process
 import pytest
 from turtle_referee import classroom, referee
 
@@ -35,14 +35,34 @@ IMPORT_ERROR = """[catcher-3] Traceback (most recent call last):
 """
 
 
+CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback): '
+
+
 @pytest.mark.parametrize('output, expected', (
     (IMPORT_ERROR + DIED.format('catcher-3', 1),
      ["catcher crashed: ModuleNotFoundError: No module named 'nonsuch'"]),
     (IMPORT_ERROR, []),  # The node catches and logs this error.
     (DIED.format('arena-2', -11), ['arena crashed: exit status -11']),
+    (DIED.format('arena-2', -2), []),  # ros2 launch stopped this process.
     ('[INFO] [arena-2]: process has finished cleanly [pid 7]\n', [])))
 def test_crashes_have_the_name_and_the_error_of_the_process(output, expected):
     assert crashes(output) == expected
+
+
+@pytest.mark.parametrize('output, expected', (
+    (f"{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n"
+     'Captured stderr output:\nload_yaml() is\ndeprecated\n\n[INFO] [launch]: x\n',
+     'xacro printed an error or a warning, which stops the launch: load_yaml() is deprecated'),
+    (f"{CAUGHT}\"package 'rviz2' not found, searching: ['/a', '/b']\"\n",
+     "package 'rviz2' not found (the environment lacks rviz2)"),
+    (f'{CAUGHT}Caught multiple exceptions when trying to load file of format [py]:\n'
+     " - ModuleNotFoundError: No module named 'turtle_brick.x'\n - Error: unknown format\n",
+     "ModuleNotFoundError: No module named 'turtle_brick.x' (the workspace lacks turtle_brick.x)"),
+    (f'{CAUGHT}X is not in the stand-in for launch\n',
+     'X is not in the stand-in for launch (the environment may lack it)'),
+    (DIED.format('arena-2', 1), 'arena crashed: exit status 1'), ('all is well', '')))
+def test_the_error_of_a_launch_is_one_sentence(output, expected):
+    assert explain_missing(launch_error(output)) == expected
 
 
 def test_each_requirement_belongs_to_the_hour_on_the_page():
@@ -58,20 +78,33 @@ def test_each_requirement_belongs_to_the_hour_on_the_page():
 
 @pytest.fixture
 def students(tmp_path, monkeypatch):
-    """Return a class directory with two workspaces, of which only the first is built."""
+    """Return a class directory in which only Ann's workspace is built on this machine."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / 'class/ann/install/share/turtle_brick').mkdir(parents=True)
-    (tmp_path / 'class/ann/install/local_setup.bash').write_text('export STUDENT=ann')
+    for name in ('ann', 'carl'):
+        share = tmp_path / f'class/{name}/install/share'
+        for directory in ('turtle_brick', 'ament_index/resource_index/packages'):
+            (share / directory).mkdir(parents=True)
+        (share / 'ament_index/resource_index/packages/turtle_brick').touch()
+        (share / 'turtle_brick/turtle_arena.launch.py').write_text('import turtle_brick')
+        (share / 'turtle_brick/turtle_arena.launch.xml').write_text(
+            '<launch><executable cmd="false"/></launch>')
+        (share.parent / 'local_setup.bash').write_text(
+            f'export AMENT_PREFIX_PATH={share.parent}:$AMENT_PREFIX_PATH')
+        prefix = share.parent if name == 'ann' else '/nowhere/install'
+        (share.parent / 'setup.sh').write_text(
+            f'_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX={prefix}\n')
     (tmp_path / 'class/bob/src').mkdir(parents=True)
     return 'class'
 
 
-def test_only_the_packages_of_the_student_are_used(students):
-    command = ['bash', '-c', 'python3 -c "import turtle_brick"; echo for $STUDENT']
-    assert referee.main(['--class', students, '--hour', '3', '--', *command]) == 2
-    ann, bob = csv.DictReader(open('class.csv', newline=''))
-    assert "No module named 'turtle_brick' / for ann" in ann['failed']
+def test_the_launch_files_and_packages_of_the_student_are_used(students):
+    assert referee.main(['--class', students, '--hour', '3']) == 2
+    ann, bob, carl = csv.DictReader(open('class.csv', newline=''))
+    assert re.fullmatch(
+        r"turtle_arena.launch.py: found no graph: .*No module named 'turtle_brick' \(the workspace "
+        r'lacks turtle_brick\); found no graph: false crashed: exit status 1', ann['failed'])
     assert (bob['student'], bob['failed']) == ('bob', 'not built')
+    assert carl['failed'].startswith('not built on this machine: install belongs in /nowhere/')
     assert 'drop' in ann and 'tilt' not in ann
     assert 'not built' in Path('class.html').read_text()
 

@@ -11,24 +11,25 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Rules for the arena: walls, markers, services and the physics of the brick."""
+"""Rules for the arena (walls, markers, services and the physics of the brick) and the catcher."""
 
-from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import pairwise
-from math import atan2, dist, hypot, sqrt
+from math import atan2, dist, hypot, inf, sqrt
 from operator import itemgetter
 from typing import Any, NamedTuple
 
-from graph_client.drops import DropWatch, STILL
-from graph_client.geometry import (angle_between, ARENA_SIZE, Array, distance_to_rectangle,
-                                   inclination, Pose, pose)
-from graph_client.record import NS_PER_SECOND, ReceivedMarker, Record, SECONDS_PER_NS
+from graph_client.drops import DropWatch, STILL, UNREACHABLE
+from graph_client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
+                                   distance_to_rectangle, inclination, Pose, pose)
+from graph_client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
+                                 SECONDS_PER_NS)
 import numpy
 from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_clear, require_data, Rules,
-                                       SAME_ANGLE, Series, thin, within)
+                                       SAME_ANGLE, thin, within)
 
 RULES = Rules()
 rule = RULES.rule
@@ -47,21 +48,24 @@ SLIDE_DEVIATION = 0.04
 """Maximum distance (m) between a sliding brick and its computed position."""
 EARLY_END, LATE_END = 0.02, 0.08
 """Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
-
 CUBE, TEXT, ADD = 1, 9, 0
 """Two marker types and one marker action from visualization_msgs/Marker."""
-
 MIN_WALL_LENGTH = 5.0
 """Minimum length (m) of a box that counts as a wall."""
-
 STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics."""
-
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
 """Candidate delays (ns) from the platform's motion to the motion of a brick on the platform."""
-
 BEFORE_NS = 100_000_000
 """Interval (ns) between the last measurement of the brick and the next request."""
+LIFETIME = 3.0
+"""Lifetime (s) of the text "Unreachable"."""
+LIFETIME_TOLERANCE = 0.3
+"""Tolerance (s) for LIFETIME."""
+CENTER_DISTANCE = 0.1
+"""Maximum distance (m) between the robot and the arena center when the robot tips a brick off."""
+DELETE_ACTIONS = (2, 3)
+"""The marker actions DELETE and DELETEALL."""
 
 
 def max_motion(positions: Iterable[Any]) -> float:
@@ -87,9 +91,10 @@ def shown_markers(record: Record) -> list[ReceivedMarker]:
 
 def walls(record: Record) -> list[ReceivedMarker]:
     """Return the box markers at least MIN_WALL_LENGTH long, or raise Failed if there are none."""
-    boxes = [received for received in shown_markers(record) if received.marker.type == CUBE]
-    return require([box for box in boxes if max(box.marker.scale.x, box.marker.scale.y)
-                    >= MIN_WALL_LENGTH] or None, 'no box marker is as long as a wall')
+    return require([
+        received for received in shown_markers(record) if received.marker.type == CUBE
+        and max(received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH
+    ] or None, 'no box marker is as long as a wall')
 
 
 @rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system',
@@ -253,15 +258,6 @@ class MeasuredFall(NamedTuple):
     aside: Array  # Horizontal distances (m) from the starting position.
 
 
-def fit_fall(times: Array, depths: Array) -> tuple[float, float, float]:
-    """Return the start (s), acceleration (m/s^2) and largest error (m) of a fitted free fall."""
-    # In a fall from rest, the square root of the depth is a linear function of time.
-    slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
-    begin, acceleration = -float(offset / slope), float(slope) ** 2
-    off = float(numpy.max(numpy.abs(depths - acceleration * (times - begin) ** 2 / 2.0)))
-    return begin, acceleration, off
-
-
 def falls(record: Record) -> list[MeasuredFall]:
     """Return the falls with at least ten transforms, or raise Open if there are none."""
     found = []
@@ -278,7 +274,10 @@ def falls(record: Record) -> list[MeasuredFall]:
             continue
         times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
         aside = numpy.array([dist(position[:2], hover) for _, position in track])
-        begin, acceleration, off = fit_fall(times, depths)
+        # In a fall from rest, the square root of the depth is a linear function of time.
+        slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
+        begin, acceleration = -float(offset / slope), float(slope) ** 2
+        off = float(numpy.max(numpy.abs(depths - acceleration * (times - begin) ** 2 / 2.0)))
         found.append(MeasuredFall(drop, begin, times - begin, depths, acceleration, off, aside))
     return require_data(found, 'no fall was long enough')
 
@@ -294,8 +293,7 @@ def falls_have_the_acceleration(record: Record) -> Finding:
     text = f'{min(values):.3f} to {max(values):.3f} m/s^2 in {len(values)} falls (configured '
     return Finding(off <= RATE_TOLERANCE * gravity, f'{text}{gravity:g})', Plot(
         'Fall', 'time since the release (s)', 'depth (m)',
-        [Series('the brick', longest.times.tolist(), longest.depths.tolist())],
-        Series('g t^2 / 2', times.tolist(), (gravity * times * times / 2.0).tolist())))
+        (longest.times, longest.depths), (times, gravity * times * times / 2.0)))
 
 
 @rule('fall: course', 'the brick starts falling in gravity',
@@ -304,19 +302,8 @@ def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = largest(fall.off for fall in found)
     aside = largest(fall.aside.max() for fall in found)
-    text = f'at most {off:.4f} m off along the fall and {aside:.4f} m aside'
-    for fall in found:
-        # The deviation begins when the positions so far no longer fit a single fall from rest.
-        def deviates(number: int) -> bool:
-            return bool(fall.aside[number] > NEAR or fit_fall(
-                fall.times[:number + 1], fall.depths[:number + 1])[2] > FALL_DEVIATION)
-
-        begin = bisect_left(range(len(fall.times)), True, lo=10, key=deviates)
-        if begin < len(fall.times):
-            text += (f'; the deviation begins {fall.times[begin]:.2f} s after the start, at a '
-                     f'height of {fall.drop.place[2] - fall.depths[begin]:.2f} m')
-            break
-    return Finding(off <= FALL_DEVIATION and aside <= NEAR, text)
+    return Finding(off <= FALL_DEVIATION and aside <= NEAR,
+                   f'at most {off:.4f} m off along the fall and {aside:.4f} m aside')
 
 
 def judge_landing(record: Record, caught: bool) -> Finding:
@@ -339,17 +326,12 @@ def judge_landing(record: Record, caught: bool) -> Finding:
                    f'in {len(heights)} drops')
 
 
-@rule('fall: ground', 'If the brick hits … the ground it stops falling',
-      'the bottom of the brick stops on the ground', ['fall: acceleration'])
-def bricks_land_on_the_ground(record: Record) -> Finding:
-    return judge_landing(record, False)
-
-
-@rule('fall: platform', 'If the brick hits the platform … it stops falling',
-      'the bottom of the brick stops on the top of the platform',
-      ['fall: acceleration', 'URDF: numbers'])
-def bricks_land_on_the_platform(record: Record) -> Finding:
-    return judge_landing(record, True)
+rule('fall: ground', 'If the brick hits … the ground it stops falling',
+     'the bottom of the brick stops on the ground',
+     ['fall: acceleration'])(partial(judge_landing, caught=False))
+rule('fall: platform', 'If the brick hits the platform … it stops falling',
+     'the bottom of the brick stops on the top of the platform',
+     ['fall: acceleration', 'URDF: numbers'])(partial(judge_landing, caught=True))
 
 
 def catches(record: Record) -> list[DropWatch]:
@@ -418,8 +400,7 @@ def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[
         computed = numpy.cumsum(numpy.cumsum(pulls * steps) * steps) + measured[0]
         found.append((float(numpy.max(numpy.abs(computed - measured))), Plot(
             'Slide', 'time (s)', 'distance down the slope (m)',
-            [Series('the brick', times.tolist(), measured.tolist())],
-            Series('g sin(angle), integrated', times.tolist(), computed.tolist()))))
+            (times, measured), (times, computed))))
     return min(found, key=itemgetter(0))
 
 
@@ -472,3 +453,126 @@ def brick_floats(record: Record) -> Finding:
                    drop.floated, drop.end - BEFORE_NS))
                for drop in catches(record) if drop.floated is not None]
     return within(5.0 * STILL, motions, 'no brick floats', 'moved by at most {:.4f} m in {} drops')
+
+
+def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
+              ) -> list[DropWatch]:
+    """Return all relevant drops whose brick has landed, or raise Open if there are none."""
+    landed = require_data([drop for drop in dropped(record) if drop.down is not None],
+                          'no brick has landed')
+    return require_data([drop for drop in landed if is_relevant(drop)],
+                        'no brick landed in a drop that tests this requirement')
+
+
+def name_of(drop: DropWatch) -> str:
+    """Return the starting position of a dropped brick as text."""
+    return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
+
+
+@rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
+      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
+def verdicts_come_in_time(record: Record) -> Finding:
+    # A brick that lands on a platform at rest does not require a verdict.
+    drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
+    faults = []
+    for drop in drops:
+        if drop.decided is None:
+            faults.append(f'no verdict on {name_of(drop)}')
+        elif (late := (drop.decided - (drop.down or 0)) * SECONDS_PER_NS) >= 0.0:
+            faults.append(f'{late:.3f} s late on {name_of(drop)}')
+    return from_faults(faults, len(drops), 'in time')
+
+
+@rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
+      'a brick is caught if and only if it was not called Unreachable',
+      ['verdict: out of reach', 'verdict: in reach'])
+def verdicts_come_true(record: Record) -> Finding:
+    drops = completed(record)
+    return from_faults([
+        f'{name_of(drop)} was {"refused but caught" if drop.caught else "missed but not refused"}'
+        for drop in drops if bool(drop.refusals) is drop.caught], len(drops), 'bricks')
+
+
+def texts(record: Record) -> list[ReceivedMarker]:
+    """Return the "Unreachable" markers, or raise Failed or Open if there are none."""
+    found = [received for received in record.markers
+             if UNREACHABLE.lower() in received.marker.text.lower()]
+    if not found and any(drop.should_be_caught is False for drop in completed(record)):
+        raise Failed('no marker says Unreachable')
+    return require_data(found, 'no brick was out of reach')
+
+
+@rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
+      'a marker of type TEXT_VIEW_FACING (9) with the text "Unreachable"',
+      ['verdict: out of reach'])
+def text_is_a_text(record: Record) -> Finding:
+    published = {(received.marker.text, received.marker.type) for received in texts(record)}
+    found = ', '.join(f'{text!r} of type {kind}' for text, kind in sorted(published))
+    return Finding(published == {(UNREACHABLE, TEXT)}, found)
+
+
+def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
+    """Return the time (s) between the first marker and the expiry or deletion of the text."""
+    first, last = published[0], published[-1]
+    deleted = [received.published for received in record.markers if received.topic == last.topic
+               and received.marker.action in DELETE_ACTIONS
+               and received.published > first.published]
+    end = last.published + (nanoseconds_of(last.marker.lifetime) or inf)
+    return (min([end, *deleted]) - first.published) * SECONDS_PER_NS
+
+
+@rule('text: time', 'a Text marker that lasts for 3 seconds',
+      f'{LIFETIME:g} s ± {LIFETIME_TOLERANCE} s, once per fall', ['text: kind'])
+def text_lasts(record: Record) -> Finding:
+    begins = [*(drop.begin for drop in require_data(record.drops, 'nothing was dropped')), inf]
+    texts_per_fall = [[received for received in texts(record)
+                       if begin <= received.published < end and received.marker.action == ADD]
+                      for begin, end in pairwise(begins)]
+    times = [visible_time(record, published) for published in texts_per_fall if published]
+    met = all(abs(time - LIFETIME) <= LIFETIME_TOLERANCE for time in times)
+    return Finding(bool(times) and met, ', '.join(f'{time:.2f}' for time in times) + ' s')
+
+
+@rule('carry', 'the robot drives back to the arena center and tilts the brick off',
+      f'the platform is tilted within {CENTER_DISTANCE} m of the center',
+      ['drive: goal', 'brick: rides'])
+def bricks_are_carried_to_the_center(record: Record) -> Finding:
+    off = []
+    for drop in catches(record):
+        if drop.carried_to is None:
+            raise Failed(f'{name_of(drop)} was never tilted')
+        off.append(dist(drop.carried_to, CENTER))
+    return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center in {} catches')
+
+
+@rule('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
+      '"Unreachable" for each brick that no robot could catch', ['verdict: in time'])
+def unreachable_bricks_are_refused(record: Record) -> Finding:
+    drops = completed(record, lambda drop: drop.should_be_caught is False)
+    return from_faults([f'{name_of(drop)} was not refused' for drop in drops
+                        if not drop.refusals], len(drops), 'refused')
+
+
+@rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
+      'each brick within reach is caught', ['verdict: in time', 'drive: goal'])
+def reachable_bricks_are_caught(record: Record) -> Finding:
+    drops = completed(record, lambda drop: drop.should_be_caught)
+    return from_faults([
+        f'{name_of(drop)} was {"refused" if drop.refusals else "missed"}' for drop in drops
+        if drop.refusals or not drop.caught], len(drops), 'caught')
+
+
+@rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
+      'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'])
+def caught_bricks_are_tipped_off(record: Record) -> Finding:
+    drops = catches(record)
+    return from_faults([f'{name_of(drop)} did not leave' for drop in drops
+                        if not drop.floated], len(drops), 'tipped off')
+
+
+@rule('again', 'the turtle to catch a falling brick',
+      'the platform is level again after each brick', ['tip off'])
+def platform_is_leveled(record: Record) -> Finding:
+    drops = completed(record, lambda drop: drop.floated)
+    return from_faults([f'still tilted after {name_of(drop)}' for drop in drops
+                        if not drop.leveled], len(drops), 'leveled')

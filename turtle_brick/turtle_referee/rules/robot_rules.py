@@ -26,7 +26,7 @@ from turtle_referee.rules.robot_model import model
 from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
                                        PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_clear, require_data, Rules,
-                                       SAME_ANGLE, Series, thin, within)
+                                       SAME_ANGLE, thin, within)
 
 RULES = Rules()
 rule = RULES.rule
@@ -43,16 +43,12 @@ VELOCITY_TOLERANCE = 0.1
 """Maximum relative difference between the wheel's rotation and its integrated velocity."""
 MAX_MISALIGNMENT = 5.0
 """Maximum angle (degrees) between the robot's motion and the wheel's rolling direction."""
-
 START_DISTANCE = 0.02
 """Minimum travel distance (m) for computing the direction of a drive."""
-
 STRIDE = 5
 """Number of transforms between two positions that define a direction of motion."""
-
 COMMAND_AGE_NS = 50_000_000
 """Maximum interval (ns) between an odometry message and its command."""
-
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 """Topics that ROS itself publishes outside any namespace."""
 
@@ -159,13 +155,6 @@ def names_are_relative(record: Record) -> Finding:
                         if not topic.startswith(own)], len(topics), 'topics')
 
 
-def publishers(record: Record, name: str) -> list[str]:
-    """Return the full names of all nodes that publish on a topic in the profile."""
-    topic = record.profile.topics.get(name, name)
-    full_name = topic if topic.startswith('/') else f'{record.namespace.rstrip("/")}/{topic}'
-    return sorted(record.publishers.get(full_name, ()))
-
-
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Compare the rate of a topic or frame with a nominal rate (Hz) in each observed interval."""
     rates = []
@@ -179,9 +168,9 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         rates.append(message_rate([stamp * SECONDS_PER_NS for stamp in stamps]))
     text = ', '.join(f'{rate:.2f} Hz {label}'
                      for rate, label in zip(rates, ('at rest', 'driving')))
-    nodes = publishers(record, name)
-    if len(nodes) > 1:
-        text += f', published by {" and ".join(nodes)}'
+    ending = f'/{record.profile.topics.get(name, name)}'
+    for nodes in (found for topic, found in record.publishers.items() if topic.endswith(ending)):
+        text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
     return Finding(all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates), text)
 
 
@@ -450,8 +439,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
     text = f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} drives'
     return Finding(met, text, Plot(
         'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
-        [Series('a drive', driven, rolled)],
-        Series('without slipping', [0.0, max(driven)], [0.0, max(driven)])))
+        (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])))
 
 
 def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> float:

@@ -35,10 +35,8 @@ NEAR = 0.01
 """Tolerance (m) for equal positions."""
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
-
 MAX_COUNT = 1000
 """Maximum number of samples to evaluate, where more would only take time."""
-
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
@@ -57,22 +55,14 @@ class Open(Exception):
     """The reason why a requirement cannot be judged."""
 
 
-class Series(NamedTuple):
-    """A series of points in a plot."""
-
-    label: str
-    x: Sequence[float]
-    y: Sequence[float]
-
-
 class Plot(NamedTuple):
     """A plot of measured points and the line on which the points should lie."""
 
     title: str
     x_label: str
     y_label: str
-    points: Sequence[Series]
-    line: Series
+    measured: tuple[Sequence[float], Sequence[float]]  # x and y
+    expected: tuple[Sequence[float], Sequence[float]]
 
 
 class Finding(NamedTuple):
@@ -230,8 +220,7 @@ def within(limit: float, values: list[float], reason: str,
     return Finding(value <= limit, text.format(value, len(values)))
 
 
-def from_faults(faults: Sequence[str], count: int, items: str,
-                plot: Plot | None = None) -> Finding:
+def from_faults(faults: Sequence[str], count: int, items: str) -> Finding:
     """Return a finding about `count` items. The requirement is met if there are no faults."""
     text = f'{count - len(faults)} of {count} {items}'
-    return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text, plot)
+    return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text)
