@@ -238,7 +238,7 @@ class Observer(Node):
         own = (self.get_name(), self.poller.get_name())
         return [info for info in infos if info.node_name not in own]
 
-    def command_publisher(self, name: str) -> Publisher | None:
+    def command_publisher(self, name: str) -> Any:
         """Return a publisher for 'goal_pose' or 'tilt', or None if no other node subscribes."""
         topic = self.resolve_topic_name(self.record.profile.topics[name])
         if topic not in self._publishers_by_topic:
@@ -284,10 +284,11 @@ class Observer(Node):
         published = {topic: types.get(topic, []) for topic in record.publishers}
         subscribed = {topic: kinds for topic, kinds in types.items()
                       if self._others(self.get_subscriptions_info_by_topic(topic))}
-        for names, offered in (
-                (record.profile.topics, published),
-                (record.profile.services, dict(self.get_service_names_and_types())),
-                (record.profile.frames, dict.fromkeys(record.frame_names(), []))):
+        services = dict(self.get_service_names_and_types())
+        frames: dict[str, list[str]] = {frame: [] for frame in record.frame_names()}
+        for names, offered in ((record.profile.topics, published),
+                               (record.profile.services, services),
+                               (record.profile.frames, frames)):
             for name, used in names.items():
                 available = subscribed if name in COMMANDS else offered
                 # The profile may contain another name.

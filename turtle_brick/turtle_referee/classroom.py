@@ -27,6 +27,7 @@ from pathlib import Path
 import re
 import shlex
 import sys
+from time import strftime
 
 from graph_client.processes import END_TIME, Process
 from turtle_referee import report
@@ -109,8 +110,9 @@ def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments
                  command: Sequence[str]) -> int:
     """Judge the graph that a command starts, and return the exit status or raise LookupError."""
     print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
-    with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()), sys.executable,
-                  '-c', JUDGE, str(Path(__file__).parents[1]), *arguments, '--', *command],
+    with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()),
+                  sys.executable, '-c', JUDGE, str(Path(__file__).parents[1]), *arguments, '--',
+                  *command],
                  clean_environment(), sys.stderr.write if options.verbose else None) as process:
         try:
             with suppress(TimeoutError):
@@ -131,7 +133,6 @@ def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.N
                   for name in ('hour', 'namespace', 'profile') if getattr(options, name)]
     if options.verbose:
         arguments.append('--verbose')
-    status = 2
     for file in [''] if command else find_launch_files(share):
         status = judge_launch(setup, json, options, arguments, command or [
             'ros2', 'launch', 'turtle_brick', file, 'view:=none'])
@@ -160,7 +161,7 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
             statuses.add(judge_workspace(workspace, json, page, options, command))
         except (LookupError, TimeoutError) as error:
             json.write_text(report.as_json([], {
-                'date': report.date(), 'notes': [str(error)]}), encoding='utf-8')
+                'date': strftime(report.DATE), 'notes': [str(error)]}), encoding='utf-8')
             statuses.add(2)
     report.summarize(RESULTS, [rule.name for rule in rules], options.csv or Path('class.csv'),
                      options.page or Path('class.html'), [path.name for path in workspaces])

@@ -33,7 +33,7 @@ import os
 from pathlib import Path
 import shlex
 import sys
-from time import monotonic
+from time import monotonic, strftime
 from typing import Any
 
 from graph_client.domains import reserved_domain, restrict_to_localhost
@@ -153,7 +153,7 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     log('evaluating the measurements')
     judgments = [] if record.is_empty() else rules.judge(record)
     about: dict[str, Any] = {
-        'student': options.student, 'date': report.date(), 'command': shlex.join(command),
+        'student': options.student, 'date': strftime(report.DATE), 'command': shlex.join(command),
         'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
         'crashes': record.crashes, 'notes': record.notes, 'overload': record.stall_summary()}
     if options.json is not None:

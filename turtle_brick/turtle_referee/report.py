@@ -16,7 +16,6 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 import csv
-from datetime import datetime
 from html import escape
 from io import StringIO
 import json
@@ -32,6 +31,7 @@ from rich.table import Table
 from rich.text import Text
 from turtle_referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
+DATE = '%Y-%m-%d %H:%M %z'
 COLORS = {MET: 'green', FAILED: 'red', OPEN: 'yellow'}
 
 STYLE = """
@@ -55,11 +55,6 @@ svg { width: 100%; max-width: 400px; height: auto; }
 
 class Html(str):
     """Text that is already HTML."""
-
-
-def date() -> str:
-    """Return the current date and time as text."""
-    return f'{datetime.now().astimezone():%Y-%m-%d %H:%M %z}'
 
 
 def tally(marks: Iterable[str]) -> str:

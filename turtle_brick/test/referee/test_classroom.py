@@ -50,7 +50,7 @@ def test_crashes_have_the_name_and_the_error_of_the_process(output, expected):
 
 
 @pytest.mark.parametrize('output, expected', (
-    (f"{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n"
+    (f'{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n'
      'Captured stderr output:\nload_yaml() is\ndeprecated\n\n[INFO] [launch]: x\n',
      'xacro printed an error or a warning, which stops the launch: load_yaml() is deprecated'),
     (f"{CAUGHT}\"package 'rviz2' not found, searching: ['/a', '/b']\"\n",
@@ -101,8 +101,8 @@ def test_the_launch_files_and_packages_of_the_student_are_used(students):
     assert referee.main(['--class', students, '--hour', '3']) == 2
     ann, bob, carl = csv.DictReader(open('class.csv', newline=''))
     assert re.fullmatch(
-        r"turtle_arena.launch.py: found no graph: .*No module named 'turtle_brick' \(the workspace "
-        r'lacks turtle_brick\); found no graph: false crashed: exit status 1', ann['failed'])
+        r"turtle_arena.launch.py: found no graph: .*No module named 'turtle_brick' \(the "
+        r'workspace lacks turtle_brick\); found no graph: false crashed: exit status 1', ann['failed'])
     assert (bob['student'], bob['failed']) == ('bob', 'not built')
     assert carl['failed'].startswith('not built on this machine: install belongs in /nowhere/')
     assert 'drop' in ann and 'tilt' not in ann

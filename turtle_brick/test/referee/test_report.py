@@ -32,7 +32,8 @@ JUDGMENTS = [
     Judgment('c', '', '', OPEN, '50 Hz; not judged: the machine was overloaded in 1 of 9 trials'),
     Judgment('e', '', '', OPEN, 'no data'),
     Judgment('a', 'words <b> & "more"', 'x [red]', MET, '1 < 2 & [bold]3[/bold]', Plot(
-        'Title <&>', 'x (m)', 'y & z', ([0.0, 1.0, nan], [1.0, inf, 2.0]), ([0.0, 1.0], [0.0, 1.0])))]
+        'Title <&>', 'x (m)', 'y & z', ([0.0, 1.0, nan], [1.0, inf, 2.0]),
+        ([0.0, 1.0], [0.0, 1.0])))]
 
 ABOUT = {'seconds': 1.5, 'command': 'ros2 <tag>', 'versions': {'rclpy': '7.1'}, 'notes': ['ö'],
          'date': '2026-11-23'}

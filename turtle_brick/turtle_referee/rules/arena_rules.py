@@ -14,6 +14,7 @@
 """Rules for the arena (walls, markers, services and the physics of the brick) and the catcher."""
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import partial
 from itertools import pairwise
 from math import atan2, dist, hypot, inf, sqrt
@@ -127,6 +128,15 @@ def brick_markers(record: Record) -> list[ReceivedMarker]:
         if received.marker.type != TEXT and received.marker.action == ADD and 'brick' in (
             received.marker.header.frame_id + received.topic + received.marker.ns).lower()
     ] or None, 'there is no marker of the brick')
+
+
+def brick_size(record: Record) -> Any:
+    """Return the scale of the brick's box marker, or raise Open if there is none."""
+    with suppress(Failed):
+        for received in brick_markers(record)[::-1]:
+            if received.marker.type == CUBE:
+                return received.marker.scale
+    raise Open('the size of the brick is unknown because it has no box marker')
 
 
 def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
@@ -308,20 +318,19 @@ def falls_are_parabolas(record: Record) -> Finding:
 
 def judge_landing(record: Record, caught: bool) -> Finding:
     """Judge the heights at which bricks landed on the platform or on the ground."""
-    gravity, met, heights = number(record, 'gravity_accel'), True, []
-    boxes = require_data([received.marker for received in brick_markers(record)
-                          if received.marker.type == CUBE],
-                         'the height of the brick is unknown because its marker is not a box')
-    expected = boxes[-1].scale.z / 2.0
+    gravity, met = number(record, 'gravity_accel'), True
+    landed = require_data([
+        (drop.place[2], drop.landed[2]) for drop in dropped(record)
+        if drop.landed is not None and drop.caught is caught
+    ], f'no brick has landed on the {"platform" if caught else "ground"}')
+    expected = brick_size(record).z / 2.0
     if caught:
         expected += number(record, 'platform_height')
-    for drop in dropped(record):
-        if drop.landed is not None and drop.caught is caught:
-            # The last time step may end with the brick below the surface.
-            step = sqrt(2.0 * gravity * max(drop.place[2] - expected, 0.0)) * STEP
-            met = met and abs(drop.landed[2] - expected) <= step + NEAR
-            heights.append(drop.landed[2])
-    require_data(heights, f'no brick has landed on the {"platform" if caught else "ground"}')
+    for start, height in landed:
+        # The last time step may end with the brick below the surface.
+        step = sqrt(2.0 * gravity * max(start - expected, 0.0)) * STEP
+        met = met and abs(height - expected) <= step + NEAR
+    heights = [height for _, height in landed]
     return Finding(met, f'center of the brick at {min(heights):.3f} to {max(heights):.3f} m '
                    f'in {len(heights)} drops')
 
@@ -427,17 +436,16 @@ def slides_are_frictionless(record: Record) -> Finding:
       'the platform', ['slide: law'])
 def slides_end_at_the_edge(record: Record) -> Finding:
     radius, clearances, heights = number(record, 'platform_radius'), [], []
-    scale = brick_markers(record)[-1].marker.scale
     for drop in catches(record):
         if drop.floated is None or drop.tilted is None:
             continue
-        unknown = 'a pose at the beginning or at the end of a slide is unknown'
+        size, unknown = brick_size(record), 'a pose before or after a slide is unknown'
         platform = require(record.pose('platform', drop.floated), unknown)
         brick = require(record.pose('brick', drop.floated), unknown)
         before = require(record.on_platform(drop.tilted - 2 * BEFORE_NS), unknown)
         forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
         clearances.append(distance_to_rectangle(
-            place[:2], atan2(forward[1], forward[0]), (scale.x, scale.y)) - radius)
+            place[:2], atan2(forward[1], forward[0]), (size.x, size.y)) - radius)
         heights.append(abs(place[2] - before[2]))
     require_data(clearances, 'no brick has slid off')
     return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END

@@ -81,7 +81,8 @@ def drives(record: Record) -> list[Drive]:
 def all_below_world(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
     return from_faults([f'{name} is not below world' for name in record.frames
-                        if record.ancestors(name)[-1] != record.actual('world')], len(record.frames), 'frames')
+                        if record.ancestors(name)[-1] != record.actual('world')],
+                       len(record.frames), 'frames')
 
 
 @rule('frames: odom', 'odom … a fixed offset from world … the initial location of the turtle',

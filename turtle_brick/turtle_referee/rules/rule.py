@@ -20,7 +20,7 @@ absent, and `Open` if the record is insufficient for a judgment.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import re
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from graph_client.record import Record, Request
 import numpy
@@ -61,8 +61,8 @@ class Plot(NamedTuple):
     title: str
     x_label: str
     y_label: str
-    measured: tuple[Sequence[float], Sequence[float]]  # x and y
-    expected: tuple[Sequence[float], Sequence[float]]
+    measured: tuple[Any, Any]  # sequences of x and y
+    expected: tuple[Any, Any]
 
 
 class Finding(NamedTuple):
