@@ -239,22 +239,16 @@ class Observer(Node):
         return [info for info in infos if info.node_name not in own]
 
     def command_publisher(self, name: str) -> Any:
-        """Return a publisher for 'goal_pose' or 'tilt', or None if no other node subscribes."""
+        """Return a publisher for 'goal_pose' or 'tilt', or None if no node has subscribed."""
         topic = self.resolve_topic_name(self.record.profile.topics[name])
         if topic not in self._publishers_by_topic:
-            infos = self._others(self.get_subscriptions_info_by_topic(topic))
-            if not infos:
-                return None
             try:
-                message_type = load_type(infos[0].topic_type)
+                for info in self._others(self.get_subscriptions_info_by_topic(topic))[:1]:
+                    self._publishers_by_topic[topic] = self.create_publisher(
+                        load_type(info.topic_type), topic, 10)
             except LookupError as error:
                 self.record.unclear[name] = str(error)
-                return None
-            self._publishers_by_topic[topic] = self.create_publisher(message_type, topic, 10)
-        publisher = self._publishers_by_topic[topic]
-        # The poller also subscribes to topics on which other nodes publish.
-        own = topic in self._subscribed
-        return publisher if publisher.get_subscription_count() > own else None
+        return self._publishers_by_topic.get(topic)
 
     def send_goal(self, x: float, y: float) -> bool:
         """Send the robot to a point (m) in the world frame. Return False if this is impossible."""

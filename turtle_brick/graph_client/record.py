@@ -180,10 +180,6 @@ class Record:
         if text not in self.notes:
             self.notes.append(text)
 
-    def is_empty(self) -> bool:
-        """Return whether the record is empty, ignoring TF, which several namespaces may share."""
-        return not (self.places or any(self.topics.values()))
-
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
         """Store a geometry_msgs/TransformStamped unless its timestamp is far in the future."""
         p, q = transform.transform.translation, transform.transform.rotation

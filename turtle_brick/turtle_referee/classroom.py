@@ -88,12 +88,11 @@ def find_install(workspace: Path) -> tuple[Path, Path]:
     for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         setup = workspace / install / 'local_setup.bash'
         if setup.is_file() and (workspace / install / share).is_dir():
-            chain = setup.with_name('setup.sh')
-            for prefix in PREFIX.findall(chain.read_text(encoding='utf-8')
-                                         if chain.is_file() else ''):
-                if not Path(prefix.strip('"\'')).is_dir():
-                    raise LookupError(f'not built on this machine: {install} belongs in {prefix}, '
-                                      'which does not exist')
+            for chain in setup.parent.glob('setup.sh'):
+                prefix = PREFIX.search(chain.read_text(encoding='utf-8'))
+                if prefix is not None and not Path(prefix[1]).is_dir():
+                    raise LookupError(f'not built on this machine: {install} belongs in '
+                                      f'{prefix[1]}, which does not exist')
             return setup, workspace / install / share
     raise LookupError('not built')
 

@@ -70,7 +70,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
 
         observer = run_trial(options.namespace)
         namespaces = observer.other_namespaces()
-        if command and observer.record.is_empty() and len(namespaces) == 1:
+        if command and not observer.record.idle and len(namespaces) == 1:
             # The command started the graph in this namespace.
             observer = run_trial(namespaces.pop())
         if process is not None:
@@ -84,7 +84,7 @@ def add_faults(record: Record, process: Process) -> None:
     record.crashes = [explain_missing(crash) for crash in crashes(process.output)
                       if os.environ.get('DISPLAY') or not crash.startswith('rviz2 ')]
     error = launch_error(process.output) or ('' if process.running else process.exit_message())
-    if record.is_empty() and error:
+    if not record.idle and error:
         record.notes, record.crashes = [f'found no graph: {explain_missing(error)}'], []
     elif not process.running:
         record.notes.append(process.exit_message())
@@ -151,7 +151,7 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
         record = observe(profile, options, command, log)
     record.notes = [*options.note, *record.notes]
     log('evaluating the measurements')
-    judgments = [] if record.is_empty() else rules.judge(record)
+    judgments = rules.judge(record) if record.idle else []
     about: dict[str, Any] = {
         'student': options.student, 'date': strftime(report.DATE), 'command': shlex.join(command),
         'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),

@@ -112,7 +112,9 @@ class Trial(GraphClient):
         if not (self.is_complete() or self.is_empty() and len(others) == 1):
             self.observer.recognize_names()
             self.wait_until(self.is_complete, self.timeout)
-        if self.is_empty():
+        # Publishers need some time to find their subscribers.
+        self.observer.command_publisher('tilt')
+        if self.is_empty() or not self.is_alive():
             self.record.notes.append(
                 f'found no graph in the namespace {self.observer.get_namespace()}, but nodes in '
                 f'{", ".join(others)}; pass the namespace of the graph with --namespace' if others
@@ -123,8 +125,8 @@ class Trial(GraphClient):
         return True
 
     def is_empty(self) -> bool:
-        """Return whether neither a topic nor a service of the graph was found."""
-        return self.record.is_empty() and not self.has_service('place')
+        """Return whether no graph was found, ignoring TF, which several namespaces may share."""
+        return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:
         """Read the unknown parameters of the robot from all nodes and from the URDF."""
@@ -171,7 +173,6 @@ class Trial(GraphClient):
     def tilt(self) -> None:
         """Tilt the platform to each angle in the test program."""
         self.log('tilting')
-        self.wait_until(lambda: self.observer.command_publisher('tilt'), self.timeout)
         for angle in self.program.tilts:
             begin, is_sent = time_ns(), self.observer.send_tilt(angle)
             self.graph.spin_for(0.6 if is_sent else 0.0)

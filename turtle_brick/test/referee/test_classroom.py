@@ -102,7 +102,8 @@ def test_the_launch_files_and_packages_of_the_student_are_used(students):
     ann, bob, carl = csv.DictReader(open('class.csv', newline=''))
     assert re.fullmatch(
         r"turtle_arena.launch.py: found no graph: .*No module named 'turtle_brick' \(the "
-        r'workspace lacks turtle_brick\); found no graph: false crashed: exit status 1', ann['failed'])
+        r'workspace lacks turtle_brick\); found no graph: false crashed: exit status 1',
+        ann['failed'])
     assert (bob['student'], bob['failed']) == ('bob', 'not built')
     assert carl['failed'].startswith('not built on this machine: install belongs in /nowhere/')
     assert 'drop' in ann and 'tilt' not in ann

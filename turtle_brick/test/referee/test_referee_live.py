@@ -19,23 +19,24 @@ from math import dist
 import sys
 from time import monotonic
 
-from geometry_msgs.msg import Quaternion, TransformStamped
+from geometry_msgs.msg import Point, Quaternion, TransformStamped
 from graph_client.client import GraphClient
 from graph_client.domains import DomainError, is_empty, reserved_domain
 from graph_client.geometry import CENTER
-from graph_client.observer import fill_position, Observer
-from graph_client.profiles import Profile
+from graph_client.observer import fill_angle, Observer
+from graph_client.profiles import NUMBERS, Profile
 from live_graph import add_nodes, LiveGraph, observe, PROGRAM, results
 from nav_msgs.srv import GetPlan
 import pytest
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from std_srvs.srv import Empty, Trigger
+from std_msgs.msg import Empty as EmptyMessage, Float64
 from turtle_brick.core.parameters import default_path
 from turtle_brick.tools.graph import Graph
 from turtle_referee import referee
 from turtle_referee.rules.rule import FAILED, MET, OPEN
 from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, Program
+from turtlesim.srv import TeleportRelative
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
 """Options that shorten the trial of an incomplete graph."""
@@ -133,36 +134,51 @@ def test_nodes_that_die_are_judged(domain_id):
     assert {'URDF: base_link', 'walls: size'} <= found[MET].keys()
 
 
-class UnusualServer(Node):
-    """A server whose place and drop services have unusual names and types."""
+class Unusual(Node):
+    """A node whose topics and services have unusual names and types."""
 
     def __init__(self, **options):
         super().__init__('unusual', **options)
-        self.requests = []
-        for name, kind in (('put', GetPlan), ('let_go', Empty)):
+        self.received = []
+        for name, kind in (('arena/place_brick', GetPlan), ('arena/drop', TeleportRelative)):
             self.create_service(kind, name, self.on_request)
+        for name, kind in (('goal', Point), ('tilt_it', EmptyMessage), ('tilt', Float64)):
+            self.create_subscription(kind, name, self.received.append, 1)
 
     def on_request(self, request, response):
-        self.requests.append(request)
+        self.received.append(request)
         return response
 
 
-def test_services_may_have_other_names_and_types_and_two_servers(domain_id):
+def test_unusual_names_and_types_are_recognized(domain_id):
+    """If two nodes provide a service, the first response counts."""
     with Graph(domain_id, quiet=True) as graph:
-        servers = [graph.add(UnusualServer, '-r', f'__node:={name}', parameters=False)
-                   for name in ('unusual', 'second')]
-        observer = graph.add(Observer, parameters=False, profile=Profile(
-            services={'place': 'put', 'drop': 'let_go'}))
+        nodes = [graph.add(Unusual, '-r', f'__node:={name}', '-r', 'tilt:=tilt_platform',
+                           parameters=False) for name in ('unusual', 'second')]
+        observer = graph.add(Observer, parameters=False)
         client = GraphClient(graph, observer)
-        graph.spin_until(lambda: all(
-            observer.count_services(name) == 2 for name in ('put', 'let_go')), 10.0, 'both')
+        graph.spin_until(lambda: len(observer.get_node_names()) == 4 and all(
+            observer.count_services(f'arena/{name}') == 2 for name in ('drop', 'place_brick')),
+            10.0, 'both nodes')
+        observer.recognize_names()
         requests = [client.place((1.0, 2.0, 3.0), hovering=0.2), client.call('drop')]
-        graph.spin_until(lambda: all(len(server.requests) == 2 for server in servers), 10.0,
-                         'all requests')
-    position = servers[0].requests[0].start.pose.position
+        graph.spin_until(lambda: observer.send_goal(4.0, 5.0) and all(
+            any(isinstance(one, Point) for one in node.received) for node in nodes), 10.0, 'goals')
+    place, drop, goal = nodes[0].received[:3]
+    position = place.start.pose.position
     assert (position.x, position.y, position.z) == (1.0, 2.0, 3.0)
+    assert (drop.linear, goal.x, goal.y) == (pytest.approx(NUMBERS['gravity_accel']), 4.0, 5.0)
     assert all(request.accepted for request in requests)
-    assert not fill_position(Trigger.Request(), (1.0, 2.0, 3.0))
+    assert 'assumed: goal_pose is /goal (geometry_msgs/msg/Point)' in observer.record.notes
+    assert observer.record.unclear == {
+        'tilt': 'tilt could be /tilt_it or /tilt_platform; add it to a profile'}
+
+
+@pytest.mark.parametrize('kind, angle', ((EmptyMessage, None), (Float64, 0.5)))
+def test_a_tilt_message_without_a_number_is_not_sent(kind, angle):
+    message = kind()
+    assert fill_angle(message, 0.5) == (angle is not None)
+    assert getattr(message, 'data', None) == angle
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):
@@ -173,7 +189,8 @@ def test_a_graph_in_another_namespace_is_not_used(domain_id):
         graph.add_robot()
         graph.namespace = ''
         record = observe(graph, logged.append, **{**SHORT, 'discovery_time': 4.0})
-    assert record.frames and record.is_empty() and logged == ['looking for the graph']
+    assert record.frames and not any(record.topics.values())
+    assert logged == ['looking for the graph']
     assert 'pass the namespace of the graph with --namespace' in record.notes[0]
 
 

@@ -20,7 +20,7 @@ import sys
 from xml.etree import ElementTree
 
 from browser import Chromium, find_chromium
-from graph_client.profiles import Profile
+from graph_client.profiles import Profile, similar_names
 from graph_client.record import OVERLOADED
 import pytest
 from turtle_referee import referee, report
@@ -148,6 +148,20 @@ def test_a_profile_replaces_only_the_listed_names(tmp_path):
     profile.load(path)
     assert (profile.topics['tilt'], profile.topics['odom']) == ('tray', 'odom')
     assert (profile.services['place'], profile.numbers) == ('put', {'wheel_radius': 1.0})
+
+
+@pytest.mark.parametrize('name, available, expected', (
+    ('drop', {'/arena/drop': [], '/drop_status': []}, ['/arena/drop']),
+    ('place', {'/place_brick': [], '/place_node/get_parameters': []}, ['/place_brick']),
+    ('goal_pose', {'/goal': ['geometry_msgs/msg/Point'], '/goal_ok': ['std_msgs/msg/Bool']},
+     ['/goal']),
+    ('pose', {'/a/pose': ['turtlesim/msg/Pose'], '/b_pose': ['geometry_msgs/msg/Pose']},
+     ['/a/pose']),
+    ('platform', {'platform_link': [], 'platform_post': []}, ['platform_link']),
+    ('wheel', {'left_wheel': [], 'right_wheel': []}, ['left_wheel', 'right_wheel']),
+    ('tilt', {'/odom': []}, [])))
+def test_the_most_similar_names_are_found(name, available, expected):
+    assert similar_names(name, available) == expected
 
 
 @pytest.mark.parametrize('dashes', [['--'], []])

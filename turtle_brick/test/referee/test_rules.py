@@ -476,7 +476,11 @@ def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, 
     (97.7, False), (98.3, True), (101.7, True), (102.3, False)))
 def test_rates_are_measured_by_stamps(rate, met):
     names = {f'rate: {name}' for name in ('cmd_vel', 'odom', 'joint_states', 'base_link')}
-    found = judge(make_record((drive,), rate=rate), *names)
+    record = make_record((drive,), rate=rate)
+    record.publishers['/judged/joint_states'] = {'/gui', '/judged/turtle_robot'}
+    found = judge(record, *names)
+    assert ['published by /gui and /judged/turtle_robot' in one.measured for one in found].count(
+        True) == 1
     assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
 
 
@@ -517,6 +521,38 @@ def test_an_absent_topic_breaks_many_rules_with_one_cause():
     found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
     assert {one.measured for one in found} == {'there is no robot_description'}
     assert [one.follows for one in found] == [[], *[['frames: robot']] * (len(found) - 1)]
+
+
+def test_consequences_of_a_crash_follow_from_the_crash():
+    record = make_record((drive,), crooked=1.0)
+    record.topics['robot_description'].clear()
+    record.crashes = ['publisher crashed: exit status 1']
+    follows = {one.name: one.follows for one in judge(record, 'URDF: wheel', 'frames: robot')}
+    assert follows == {name: ['publisher crashed'] for name in ('URDF: wheel', 'frames: robot')}
+
+
+def test_a_part_of_the_interface_that_cannot_be_used_is_open():
+    record = make_record()
+    record.unclear = dict.fromkeys(('tilt', 'place', 'goal_pose', 'wheel'), 'unclear')
+    found = {one.name: one.measured for one in referee.RULES.judge(record) if one.mark != MET}
+    assert set(found.values()) == {'unclear'}
+    assert {'tilt', 'place', 'drop', 'drive: goal', 'URDF: wheel', 'carry'} <= found.keys()
+
+
+def test_frames_may_have_other_names():
+    record, names = make_record(), {'world': 'map', 'brick': 'brick_1', 'platform': 'tray'}
+    record.profile.frames.update(names)
+    record.frames = {names.get(name, name): frame for name, frame in record.frames.items()}
+    for frame in record.frames.values():
+        frame.samples = [one._replace(parent=names.get(one.parent, one.parent))
+                         for one in frame.samples]
+        frame.published = [(one.stamp, one) for one in frame.samples]
+    for received in record.markers:
+        header = received.marker.header
+        header.frame_id = names.get(header.frame_id, header.frame_id)
+    description = record.topics['robot_description'][0].message
+    description.data = description.data.replace('"platform"', '"tray"')
+    assert {one.mark for one in referee.RULES.judge(record)} == {MET}
 
 
 def test_a_frame_is_interpolated_between_close_transforms():

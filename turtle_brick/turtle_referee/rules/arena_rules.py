@@ -550,7 +550,7 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
         if drop.carried_to is None:
             raise Failed(f'{name_of(drop)} was never tilted')
         off.append(dist(drop.carried_to, CENTER))
-    return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center in {} catches')
+    return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center with {} bricks')
 
 
 @rule('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
