@@ -54,11 +54,10 @@ def signals_of(record):
 
 
 # These commands run in separate processes because they are interrupted, start processes, require
-# an empty graph or fail with a traceback. These commands also cover each kind of graph
-# access. All other commands run in this process without waiting for discovery.
+# an empty graph or fail with a traceback. All other commands run in this process without waiting
+# for discovery. test_pages.py runs some of them in separate processes, too.
 PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
-    'run_(?!help|unk)|ros2_run|empty|node_list$|node_info_catcher|echo_once$|pub_times|'
-    'pub_bad_topic|param_list_all', name)]
+    'run_(?!help|unk)|ros2_run|empty|pub_times|pub_bad_topic', name)]
 
 INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
                    'interface_packages': 'turtle|std_'}
@@ -96,7 +95,7 @@ def arena():
         stopped = threading.Event()
 
         def spin():
-            while not stopped.wait(0.02):  # No test depends on message rates.
+            while not stopped.wait(0.05):  # No test depends on message rates.
                 graph.spin_for(0.005)
 
         spinning = threading.Thread(target=spin, name='arena')
