@@ -34,8 +34,8 @@ DATA = Path(__file__).parent / 'data' / 'ros2'
 TIMEOUT = 30.0
 """Default timeout (s) for the output of a command."""
 
-POLL_TIME = 0.02
-"""Time (s) between two checks of a condition."""
+POLL_TIME = 0.1
+"""Maximum time (s) between two checks of a condition."""
 
 PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
 """Module of each program that can run in a forked process."""
@@ -125,6 +125,8 @@ class Command:
             with self.changed:
                 setattr(self, name, getattr(self, name) + data.decode(errors='replace'))
                 self.changed.notify_all()
+        with self.changed:
+            self.changed.notify_all()
 
     @property
     def status(self):

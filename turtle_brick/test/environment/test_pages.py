@@ -65,7 +65,7 @@ LASTING = {
     'ros2 run turtle_brick viewer': 'http://',
     'ros2 topic hz': 'average rate: ',
     'ros2 run tf2_ros tf2_echo': '- Matrix:',
-    'python3 own_node.py': "'caught': 1",
+    'python3 own_node.py': "'(caught|missed|unreachable)': 1",
     'bash turtle_brick/scripts/demo': 'http://',
 }
 """Patterns for commands that run until Ctrl-C, with their expected output."""

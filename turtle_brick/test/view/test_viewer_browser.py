@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the viewer's page in a real browser."""
+"""Test the pages of the viewer and of joint_state_publisher_gui in a real browser."""
 
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -23,13 +23,17 @@ from threading import Event
 from time import monotonic
 
 from browser import Chromium, find_chromium, TIMEOUT
+from conftest import is_standin
 from geometry_msgs.msg import PoseStamped
 from graph_view.camera import MARGIN
-from live_graph import add_nodes, graph
+from live_graph import add_nodes, graph, LATCHED, process
 import numpy
 import pytest
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 from turtle_brick.core.parameters import load
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE
+from turtle_brick.tools.graph import executable
 
 pytestmark = [
     pytest.mark.skipif(find_chromium() is None,
@@ -41,6 +45,15 @@ CANVAS = 'document.querySelector("canvas[data-engine]")'
 
 CHART = 'Object.values(window.__viserTestpoints.uplots)[0].chart'
 """JavaScript expression for the plotted curves."""
+
+
+ROBOT = """
+<robot name="two_wheels">
+  <link name="base"/><link name="left"/><link name="right"/>
+  <joint name="left_joint" type="continuous"><parent link="base"/><child link="left"/></joint>
+  <joint name="right_joint" type="continuous"><parent link="base"/><child link="right"/></joint>
+</robot>
+"""
 
 
 class Page(Chromium):
@@ -126,9 +139,32 @@ def running_graph(domain_id):
             spinning.result()
 
 
-def test_brick_is_shown_placed_and_caught_on_the_page(domain_id):
+@pytest.fixture(scope='module')
+def page():
+    with Page(720, 400) as page:
+        yield page
+
+
+@pytest.mark.skipif(not is_standin('joint_state_publisher'),
+                    reason='the installed joint_state_publisher_gui is the real one')
+def test_buttons_on_the_page_move_the_joints(page, domain_id):
+    command = [executable('joint_state_publisher_gui', 'joint_state_publisher_gui')]
+    with graph(domain_id) as live, process(command, domain_id) as sliders:
+        live.publisher('robot_description', String, LATCHED).publish(String(data=ROBOT))
+        states = live.record('joint_states', JointState)
+        page.go_to(sliders.wait_for_output(r'Joint State Publisher: (\S+)', TIMEOUT)[1])
+        for name, moved in (('Randomize', True), ('Center', False)):
+            button = f'[...document.querySelectorAll("button")].find(b => b.innerText == {name!r})'
+            page.wait_for(button)
+            page.evaluate(f'{button}.click()')
+            live.wait_for(lambda: states.last and states.last.position and all(
+                (position != 0.0) is moved for position in states.last.position), TIMEOUT, name)
+        assert states.last.name == ['left_joint', 'right_joint']
+
+
+def test_brick_is_shown_placed_and_caught_on_the_page(page, domain_id):
     x, y, z = load().brick_start
-    with Page(720, 400) as page, running_graph(domain_id) as (url, goals):
+    with running_graph(domain_id) as (url, goals):
         page.open_page(url)
         page.wait_for_text('brick', f'hovering, height {z:.2f} m')
         page.wait_for('[...document.querySelectorAll(\'[data-turtle-brick="rate"]\')]'

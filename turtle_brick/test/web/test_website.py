@@ -46,7 +46,7 @@ from random import Random
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.tools.simulation import simulate_drop
 random, decisions = Random(1), []
-for seed in range(200):
+for seed in range(50):
     brick = random.uniform(0.0, 11.0), random.uniform(0.0, 11.0), random.uniform(2.0, 9.0)
     drop = simulate_drop(Parameters(**values), seed, seed, brick)
     decisions.append(drop.result.decision.summary)
