@@ -28,7 +28,7 @@ from graph_client.processes import Process
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 """Possible names of the executable."""
 
-TIMEOUT = 120.0
+TIMEOUT = 300.0
 """Timeout (s) for each action. Without a graphics card, Chromium draws slowly."""
 
 OPTIONS = (

@@ -62,10 +62,10 @@ TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x891
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
 
-START_TIME = 60.0
+START_TIME = 180.0
 """Timeout (s) for the start of the graph."""
 
-TIMEOUT = 40.0
+TIMEOUT = 120.0
 """Timeout (s) for all other events, such as a drive across the arena."""
 
 

@@ -31,7 +31,7 @@ from types import SimpleNamespace
 
 DATA = Path(__file__).parent / 'data' / 'ros2'
 
-TIMEOUT = 30.0
+TIMEOUT = 120.0
 """Default timeout (s) for the output of a command."""
 
 POLL_TIME = 0.1

@@ -17,7 +17,7 @@
 import sys
 
 from graph_client.record import message_rate
-from live_graph import graph, process
+from live_graph import graph, process, TIMEOUT
 import pytest
 
 
@@ -26,7 +26,7 @@ def test_node_errors_and_timeouts_fail_the_test(domain_id):
         with pytest.raises(TimeoutError, match='nothing'):
             live.wait_for(lambda: False, 0.1, 'nothing')
         live.listener.create_timer(0.01, lambda: 1 / 0)
-        live.wait_for(lambda: False, 10.0, 'an error')
+        live.wait_for(lambda: False, TIMEOUT, 'an error')
 
 
 SIGNAL_HANDLER = """
@@ -39,10 +39,10 @@ signal.pause()
 
 def test_process_must_end_with_status_0(domain_id):
     with process([sys.executable, '-c', SIGNAL_HANDLER, '0'], domain_id) as running:
-        running.wait_for_output('ready', 10.0)
+        running.wait_for_output('ready', TIMEOUT)
     with pytest.raises(AssertionError, match='status 3.*\nready'):
         with process([sys.executable, '-c', SIGNAL_HANDLER, '3'], domain_id) as running:
-            running.wait_for_output('ready', 10.0)
+            running.wait_for_output('ready', TIMEOUT)
 
 
 def test_rate_ignores_late_messages_but_not_missing_ones():

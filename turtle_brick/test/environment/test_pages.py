@@ -39,7 +39,7 @@ import yaml
 PACKAGE = Path(__file__).resolve().parents[2]
 ROOT = PACKAGE.parent
 PAGES = [ROOT / 'README.md', *sorted(PACKAGE.glob('doc/**/*.md'))]
-TIMEOUT = 180.0
+TIMEOUT = 600.0
 
 PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'source', 'sudo')
 
@@ -123,7 +123,8 @@ def run(command, domain, directory='/'):
 
 def started(command, domain, directory):
     if command.startswith('ros2 launch'):
-        command += ' view:=none'
+        # On an overloaded machine, a node may need more than five seconds to end.
+        command += ' view:=none sigterm_timeout:=120'
     return NodeProcess(['bash', '-c', f'cd {shlex.quote(str(directory))} && exec {command}'],
                        domain)
 

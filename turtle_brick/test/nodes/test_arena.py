@@ -53,7 +53,9 @@ def test_250_transforms_per_second(live):
     bricks = live.record_transforms('brick')
     assert live.rates([bricks], 250) == [pytest.approx(250.0, abs=2.0)]
     live.wait_for(lambda: len(markers.times) > 2, TIMEOUT, 'three markers')
-    assert markers.times[2] - markers.times[1] == pytest.approx(MARKER_PERIOD, abs=0.4)
+    # On an overloaded machine, a marker may be late.
+    assert not live.is_calm or markers.times[2] - markers.times[1] == (
+        pytest.approx(MARKER_PERIOD, abs=0.4))
 
 
 def test_fall_by_its_stamps(bench):

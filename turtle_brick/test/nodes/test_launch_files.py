@@ -216,16 +216,17 @@ def test_rviz_configuration_matches_the_published_topics(name):
 def test_turtle_arena_meets_every_requirement(domain_id):
     """The referee judges the graph in a namespace. Then Ctrl-C stops all nodes."""
     path = SHARE / 'launch' / 'turtle_arena.launch.py'
-    command = f'{path} view:=none namespace:=judged'
+    command = f'{path} view:=none namespace:=judged sigterm_timeout:=120'
     with process([sys.executable, '-c', LAUNCH, command], domain_id, stop=None) as launching:
         launching.wait_for_output('waiting for a fall', TIMEOUT)
         with Graph(domain_id, namespace='judged', quiet=True, tf_inside=True) as judging:
             record = observe(judging, timeout=TIMEOUT, program=PROGRAM)
             names = {name for name, _ in (*judging.nodes[0].get_topic_names_and_types(),
                                           *judging.nodes[0].get_service_names_and_types())}
-        launching.wait_for_output(
-            r'(?s)is reachable: .*arena-\d\].*riding.*The state is now waiting', TIMEOUT)
-        status = launching.stop(signal.SIGINT)
+        if not record.stall_summary():  # On an overloaded machine, a brick may be missed.
+            launching.wait_for_output(
+                r'(?s)is reachable: .*arena-\d\].*riding.*The state is now waiting', TIMEOUT)
+        status = launching.stop(signal.SIGINT, 2.0 * TIMEOUT)
     assert {name for name in names if not name.startswith('/judged/')} == {
         '/parameter_events', '/rosout'}
     found = results(record)

@@ -80,7 +80,7 @@ def start(domain_id):
 
 def end_of(program):
     """Wait for a program to exit, and return its status and the stderr lines except rcl errors."""
-    _, errors = program.communicate(timeout=30)
+    _, errors = program.communicate(timeout=120)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]
 

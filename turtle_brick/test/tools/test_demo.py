@@ -29,7 +29,7 @@ from turtle_brick.tools.graph import executable
 from turtlesim.msg import Pose
 
 DEMO = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view']
-WAIT = 60.0
+WAIT = 180.0
 
 
 @pytest.mark.parametrize('domain, args, words', [

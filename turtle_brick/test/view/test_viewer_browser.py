@@ -97,9 +97,8 @@ class Page(Chromium):
                           f'{self.has_text("brick", "grounded")}')
             if self.evaluate(self.has_text('brick', 'floating')):
                 return
-            # On a busy machine, the catcher reports some reachable bricks as unreachable.
-            self.wait_for_text('status', 'unreachable brick')
-            assert monotonic() < deadline, 'the catcher refused all bricks'
+            # On a busy machine, the catcher refuses some reachable bricks, or the robot is late.
+            assert monotonic() < deadline, 'the robot caught no brick'
 
     def visible_colors(self):
         from PIL import Image
