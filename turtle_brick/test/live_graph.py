@@ -145,7 +145,7 @@ class LiveGraph(Graph):
         """
         Measure the publication rate (Hz) in each recording over `count` messages.
 
-        The measurement begins again after a pause of the machine, for up to CALM_TIMEOUT. Afterward,
+        The measurement begins again after a pause of the machine, for up to CALM_TIMEOUT. Then
         `is_calm` states whether a pause may have lowered the rates.
         """
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,

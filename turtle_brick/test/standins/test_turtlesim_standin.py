@@ -134,7 +134,8 @@ def test_turtles_are_spawned_and_killed(shared, poses):
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 
     def wait_for_removal(turtle):
-        live.wait_for(lambda: live.listener.count_publishers(f'{turtle}/pose') == 0, TIMEOUT, turtle)
+        live.wait_for(lambda: live.listener.count_publishers(f'{turtle}/pose') == 0, TIMEOUT,
+                      turtle)
 
     assert [spawn(name) for name in ('bob', 'bob', 'no such name', '')] == [
         'bob', '', '', 'turtle2']
@@ -165,7 +166,7 @@ def test_mimic_copies_the_velocities_of_draw_square(shared, poses):
     with process([executable('turtlesim', 'mimic'), '--ros-args', '-r', 'output/cmd_vel:=copy',
                   '-r', 'input/pose:=turtle1/pose'], domain_id):
         with process([executable('turtlesim', 'draw_square')], domain_id):
-            live.wait_for(lambda: copy.last and copy.last.linear.x == 1.0, TIMEOUT, 'the first side')
+            live.wait_for(lambda: copy.last and copy.last.linear.x == 1.0, TIMEOUT, 'the side')
             live.wait_for(lambda: copy.last.angular.z > 0.39, TIMEOUT, 'the turn')
             assert poses.last.x > ARENA_CENTER + 1.8
 
@@ -180,7 +181,7 @@ def test_arrow_keys_drive_the_turtle_until_q_is_pressed(shared, poses):
         try:
             for key, velocity in ((b'\x1b[A', (2.0, 0.0)), (b'x\x1b[D', (0.0, 2.0))):
                 live.wait_for(lambda: os.write(keyboard, key) and velocity == (
-                    poses.last.linear_velocity, poses.last.angular_velocity), TIMEOUT, 'the motion')
+                    poses.last.linear_velocity, poses.last.angular_velocity), TIMEOUT, 'motion')
             os.write(keyboard, b'q')
             assert program.wait(TIMEOUT) == 0
         finally:

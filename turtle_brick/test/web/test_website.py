@@ -119,7 +119,7 @@ def test_an_invalid_address_is_refused_and_the_sliders_have_only_valid_values(pa
     assert page.evaluate('form.max_velocity.value') == '3'
     fill_in(page, 'platform_radius', 8.0)
     assert page.evaluate('error.innerText') == ''
-    assert page.evaluate('arena.parameters.platform_radius') == pytest.approx(0.945, abs=0.01)
+    assert page.evaluate('arena.parameters.platform_radius') == pytest.approx(1.094, abs=0.01)
     fill_in(page, 'platform_radius', 0.5)
 
 
