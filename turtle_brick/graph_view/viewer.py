@@ -46,7 +46,6 @@ from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
 import os
-import signal
 import sys
 from time import monotonic_ns
 from typing import Any
@@ -55,17 +54,13 @@ import webbrowser
 from geometry_msgs.msg import PoseStamped, Twist
 from graph_client.geometry import Vector
 from graph_client.observer import fill_position, load_type, MARKER_TYPES, subscription_qos
-from graph_client.spinning import handle_interrupts, INTERRUPTED
+from graph_client.run_node import run_node
 from graph_view.page import Page, TEXT_TOPICS, WORLD
 from graph_view.settings import read_settings, Settings
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
-import rclpy
-from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
@@ -271,35 +266,22 @@ def parse(name: str, args: list[str]) -> Settings:
     return settings._replace(fixed_frame=options.fixed_frame or settings.fixed_frame)
 
 
-def main(args: list[str] | None = None, name: str = 'viewer') -> int:
-    """Run the node until Ctrl-C or SIGTERM, and return the exit status."""
+def main(args: list[str] | None = None, name: str = 'viewer') -> int | str | None:
+    """Run the node until Ctrl-C or SIGTERM, and return the exit status or an error message."""
     if find_spec('viser') is None:
         print(f'{name}: the page requires viser, which is not installed. Install it with: '
               f'pip install {VISER}', file=sys.stderr)
         return 1
-    args = sys.argv if args is None else args
-    handle_interrupts()
-    try:
-        settings = parse(name, remove_ros_args(args)[1:])
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        viewer = Viewer(name, settings)
-    except (InvalidParameterTypeException, RuntimeError, ValueError) as error:
-        rclpy.try_shutdown()
-        print(f'{name}: {" ".join(str(error).split())}', file=sys.stderr)
-        return 1
-    # Like the real rviz2, the stand-in opens a window if a display is available.
-    if name == 'rviz2' and (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
-        webbrowser.open(viewer.server.url)
-    executor = EventsExecutor()
-    executor.add_node(viewer)
-    while not INTERRUPTED.is_set():
-        executor.spin_once(timeout_sec=0.1)
-    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    executor.shutdown()
-    viewer.destroy_node()
-    rclpy.try_shutdown()
-    return 0
+    argv = sys.argv if args is None else args
+
+    def make_viewer() -> Viewer:
+        viewer = Viewer(name, parse(name, remove_ros_args(argv)[1:]))
+        # Like the real rviz2, the stand-in opens a window if a display is available.
+        if name == 'rviz2' and (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
+            webbrowser.open(viewer.server.url)
+        return viewer
+
+    return run_node(make_viewer, name, argv)
 
 
 if __name__ == '__main__':

@@ -80,8 +80,11 @@ NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
-SHARED_FILES = {'rviz2': 'graph_*/*.py',
-                'turtlesim': 'turtle_brick/core/turtlesim_kinematics.py'}
+SHARED_FILES = {'joint_state_publisher': ('graph_client/run_node.py',),
+                'robot_state_publisher': ('graph_client/run_node.py',),
+                'rviz2': ('graph_client/*.py', 'graph_view/*.py'),
+                'turtlesim': ('graph_client/run_node.py',
+                              'turtle_brick/core/turtlesim_kinematics.py')}
 """Source files outside the folder of a stand-in that the stand-in installs."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
@@ -149,9 +152,8 @@ def fingerprint(*parts: object) -> str:
 def folder_fingerprint(folder: Path) -> str:
     """Return a hash of the names, modes and contents of the source files in a package."""
     found: list[object] = []
-    if folder.name in SHARED_FILES:
-        shared = sorted((TOP / 'turtle_brick').glob(SHARED_FILES[folder.name]))
-        found += [path.read_bytes() for path in shared]
+    for pattern in SHARED_FILES.get(folder.name, ()):
+        found += [path.read_bytes() for path in sorted((TOP / 'turtle_brick').glob(pattern))]
     for path in sorted(folder.rglob('*')):
         name = path.relative_to(folder)
         if path.is_file() and name.parts[0] not in NOT_BUILT and not IGNORED.search(f'/{name}'):

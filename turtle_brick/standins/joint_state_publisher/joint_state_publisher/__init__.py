@@ -24,19 +24,14 @@ joint_state_publisher_gui serves a page on 127.0.0.1 instead of opening a window
 from collections.abc import Callable
 from math import pi
 from random import uniform
-from signal import SIG_DFL, SIGINT, signal, SIGTERM
 import sys
-from threading import Event
 from typing import Any
 from xml.etree import ElementTree
 
-import rclpy
-from rclpy.exceptions import ParameterException
-from rclpy.experimental import EventsExecutor
+from joint_state_publisher.run_node import run_node
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -153,22 +148,4 @@ class Gui(JointStatePublisher):
 
 def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | None:
     """Run a node until Ctrl-C or SIGTERM."""
-    stopped = Event()
-    for number in (SIGINT, SIGTERM):
-        signal(number, lambda *_: stopped.set())
-    try:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        node = node_type()
-    except (ParameterException, RuntimeError, ValueError) as error:
-        rclpy.try_shutdown()
-        return f'joint_state_publisher: {error}'
-    executor = EventsExecutor()
-    executor.add_node(node)
-    while not stopped.is_set():
-        executor.spin_once(timeout_sec=0.1)
-    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
-    signal(SIGTERM, SIG_DFL)
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return None
+    return run_node(node_type, 'joint_state_publisher')

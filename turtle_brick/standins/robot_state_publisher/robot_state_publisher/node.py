@@ -33,22 +33,17 @@ ROS parameters (read-only):
 
 from functools import lru_cache
 from pathlib import Path
-from signal import SIG_DFL, SIGINT, signal, SIGTERM
 import sys
-from threading import Event
 from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import ParameterDescriptor
-import rclpy
-from rclpy.exceptions import ParameterException
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, qos_profile_sensor_data, QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from robot_state_publisher.description import FIXED, Joint, MOVING, parse
+from robot_state_publisher.run_node import run_node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -145,26 +140,12 @@ class RobotStatePublisher(Node):
         return transform
 
 
-def main(args: list[str] | None = None) -> str | None:
+def make_node() -> RobotStatePublisher:
+    """Create the node. The first command-line argument may be a URDF file."""
+    files = [path for path in map(Path, remove_ros_args(sys.argv)[1:2]) if path.is_file()]
+    return RobotStatePublisher(files[0].read_text(encoding='utf-8') if files else '')
+
+
+def main() -> str | None:
     """Run the node until Ctrl-C or SIGTERM."""
-    stopped = Event()
-    for number in (SIGINT, SIGTERM):
-        signal(number, lambda *_: stopped.set())
-    try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        files = remove_ros_args(args or sys.argv)[1:]
-        node = RobotStatePublisher(
-            Path(files[0]).read_text('utf-8') if files and Path(files[0]).is_file() else '')
-    except (ParameterException, RuntimeError, ValueError) as error:
-        rclpy.try_shutdown()
-        return f'robot_state_publisher: {error}'
-    executor = EventsExecutor()
-    executor.add_node(node)
-    while not stopped.is_set():
-        executor.spin_once(timeout_sec=0.1)
-    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
-    signal(SIGTERM, SIG_DFL)
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return None
+    return run_node(make_node, 'robot_state_publisher')

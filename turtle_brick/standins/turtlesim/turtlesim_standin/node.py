@@ -40,21 +40,16 @@ ROS parameters:
 """
 
 from collections.abc import Callable
-from signal import SIG_DFL, SIGINT, signal, SIGTERM
-from threading import Event
 from typing import Any
 
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
-import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.exceptions import InvalidTopicNameException, ParameterException
-from rclpy.experimental import EventsExecutor
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
 from turtlesim.msg import Pose
@@ -194,26 +189,3 @@ class TurtleSimNode(Node):
             topics.close()
         self._topics.clear()
         self._open('turtle1')
-
-
-def main(node_type: Callable[[], Node] = TurtleSimNode) -> str | None:
-    """Run a node until Ctrl-C or SIGTERM."""
-    stopped = Event()
-    for number in (SIGINT, SIGTERM):
-        signal(number, lambda *_: stopped.set())
-    try:
-        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-        node = node_type()
-    except (ParameterException, RuntimeError) as error:
-        rclpy.try_shutdown()
-        return f'turtlesim: {error}'
-    executor = EventsExecutor()
-    executor.add_node(node)
-    while not stopped.is_set():
-        executor.spin_once(timeout_sec=0.1)
-    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
-    signal(SIGTERM, SIG_DFL)
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return None

@@ -34,7 +34,9 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Empty
 from turtlesim.msg import Pose
-from turtlesim_standin import node
+from turtlesim_standin.node import TurtleSimNode
+from turtlesim_standin.run_node import run_node
+from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH
 
 ARROWS = {b'A': (1.0, 0.0), b'B': (-1.0, 0.0), b'C': (0.0, -1.0), b'D': (0.0, 1.0)}
 """Directions of the linear and the angular velocity for the last byte of each arrow key."""
@@ -46,7 +48,7 @@ class Program(Node):
     def __init__(self, name: str, topic: str = 'turtle1/cmd_vel') -> None:
         """Create the publisher of commands."""
         super().__init__(name)
-        self._publisher = self.create_publisher(Twist, topic, node.QUEUE_DEPTH)
+        self._publisher = self.create_publisher(Twist, topic, QUEUE_DEPTH)
 
     def drive(self, linear: float, angular: float) -> None:
         """Publish a velocity forward (m/s) and to the left (rad/s)."""
@@ -60,7 +62,7 @@ class Mimic(Program):
         """Subscribe to the pose of the other turtle."""
         super().__init__('turtle_mimic', 'output/cmd_vel')
         self.create_subscription(Pose, 'input/pose', lambda pose: self.drive(
-            pose.linear_velocity, pose.angular_velocity), node.QUEUE_DEPTH)
+            pose.linear_velocity, pose.angular_velocity), QUEUE_DEPTH)
 
 
 class DrawSquare(Program):
@@ -72,7 +74,7 @@ class DrawSquare(Program):
         self._client = self.create_client(Empty, 'reset')
         self._reset: Future | None = None
         self._commands = cycle((*repeat((1.0, 0.0), 125), *repeat((0.0, pi / 8.0), 250)))
-        self.create_subscription(Pose, 'turtle1/pose', self._on_pose, node.QUEUE_DEPTH)
+        self.create_subscription(Pose, 'turtle1/pose', self._on_pose, QUEUE_DEPTH)
 
     def _on_pose(self, _: Pose) -> None:
         """Reset turtlesim once, and then publish the next command."""
@@ -118,5 +120,5 @@ class TeleopKey(Program):
 
 def main(program: str) -> str | None:
     """Run a program until Ctrl-C or SIGTERM."""
-    return node.main({'draw_square': DrawSquare, 'mimic': Mimic, 'turtle_teleop_key': TeleopKey,
-                      'turtlesim_node': node.TurtleSimNode}[program])
+    return run_node({'draw_square': DrawSquare, 'mimic': Mimic, 'turtle_teleop_key': TeleopKey,
+                     'turtlesim_node': TurtleSimNode}[program], program)
