@@ -268,7 +268,9 @@ MAY_DIFFER = (
 ANSWERS = {
     'call_place_refused': r'(message=).*()',
     'topic_list_verbose': r'(/(?:tf_static|rosout) .*\] )\d+( )',
-    'param_set_out_of_range': r'(failed: ).*()',  # rclpy and rclcpp give different reasons.
+    # rclpy and rclcpp give different reasons.
+    **dict.fromkeys(('param_set_out_of_range', 'param_set_unknown', 'param_set_wrong_type'),
+                    r'(failed: ).*()'),
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
     'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
 }

@@ -43,12 +43,11 @@ from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Twist
-from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
@@ -115,6 +114,8 @@ class TurtleSimNode(Node):
             self.declare_parameter(f'background_{letter}', value, ParameterDescriptor(
                 description=f'{color} channel of the background color', integer_range=[channel]))
         self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())
+        self.add_post_set_parameters_callback(
+            lambda _: self._sim.set_holonomic(self.get_parameter('holonomic').value))
         self._topics: dict[str, TurtleTopics] = {}
         self.get_logger().info(
             f'Starting turtlesim with node name {self.get_fully_qualified_name()}')
@@ -139,22 +140,6 @@ class TurtleSimNode(Node):
                 self.get_logger().warning('Oh no! I hit the wall! '
                                           '(Clamping from [x=%f, y=%f])' % clamped)
             self._topics[name].publish(pose)
-
-    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set and apply parameters, and report errors with the same wording as rclcpp."""
-        for parameter in parameter_list:
-            name, kind = parameter.name, parameter.type_.name.lower()
-            if not self.has_parameter(name):
-                return SetParametersResult(
-                    reason=f"parameter '{name}' cannot be set because it was not declared")
-            expected = self.get_parameter(name).type_.name.lower()
-            if kind != expected:
-                return SetParametersResult(
-                    reason=f'Wrong parameter type, parameter {{{name}}} is of type {{{expected}}},'
-                           f' setting it to {{{kind}}} is not allowed.')
-        result = super().set_parameters_atomically(parameter_list)
-        self._sim.set_holonomic(self.get_parameter('holonomic').value)
-        return result
 
     def _open(self, name: str) -> None:
         turtle = self._sim.turtles[name]
