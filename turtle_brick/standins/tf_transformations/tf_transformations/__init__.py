@@ -24,7 +24,7 @@ from functools import reduce
 from typing import NoReturn
 
 import numpy
-from transforms3d import affines, axangles, euler, quaternions
+from transforms3d import affines, euler, quaternions
 
 
 def __getattr__(name: str) -> NoReturn:
@@ -98,31 +98,11 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> numpy.n
     return _homogeneous(euler.euler2mat(ai, aj, ak, axes))
 
 
-def rotation_matrix(angle: float, direction: Sequence[float], point=None) -> numpy.ndarray:
-    """Return the matrix for a rotation about an axis through a point (default: the origin)."""
-    return axangles.axangle2aff(direction, angle, point)
-
-
-def identity_matrix() -> numpy.ndarray:
-    """Return the identity matrix."""
-    return numpy.identity(4)
-
-
 def translation_matrix(direction: Sequence[float]) -> numpy.ndarray:
     """Return the matrix for a translation."""
     return affines.compose(direction, numpy.identity(3), numpy.ones(3))
 
 
-def inverse_matrix(matrix) -> numpy.ndarray:
-    """Return the inverse of a matrix."""
-    return numpy.linalg.inv(matrix)
-
-
 def concatenate_matrices(*matrices) -> numpy.ndarray:
     """Return the product of matrices."""
     return reduce(numpy.dot, matrices, numpy.identity(4))
-
-
-def unit_vector(data) -> numpy.ndarray:
-    """Return a vector divided by its length."""
-    return numpy.asarray(data) / numpy.linalg.norm(data)
