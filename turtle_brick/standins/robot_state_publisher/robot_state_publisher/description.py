@@ -129,25 +129,13 @@ def read_joint(element: Element) -> Joint:
         *numbers(mimic, 'multiplier', 1, '1'), *numbers(mimic, 'offset', 1, '0'))
 
 
-def check_link(link: Element, materials: set[str], warn: Warn) -> None:
-    """Raise a ValueError for the first invalid part of a link, and add the link's materials."""
-    check(link)
-    for part in (part for part in link if part.tag in ('inertial', 'visual', 'collision')):
-        needed = ('mass', 'inertia') if part.tag == 'inertial' else ('geometry/*',)
-        for path in ('origin', *needed):
-            child = part.find(path)
-            if child is not None and child.tag in ATTRIBUTES:
-                check(child)
-            elif path in needed:
-                raise ValueError(f'<{part.tag}> has no valid <{path.removesuffix("/*")}>')
-        material = part.find('material')
-        if part.tag == 'visual' and material is not None:
-            check(material)
-            name = material.get('name')
-            if is_defined(material) or name in materials:
-                materials.add(name)
-            elif name:
-                warn(f'link [{link.get("name")}]: material [{name}] has no valid color or texture')
+def check_link(link: Element) -> None:
+    """Raise a ValueError for the first invalid part of a link."""
+    for element in link.iter():
+        if element.tag in ATTRIBUTES:
+            check(element)
+        if element.tag in ('visual', 'collision') and element.find('geometry/*') is None:
+            raise ValueError(f'<{element.tag}> has no <geometry>')
 
 
 def is_defined(material: Element) -> bool:
@@ -208,13 +196,14 @@ def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
         raise ValueError('robot_description has no <robot> with a name and version 1.0')
     materials, links, elements = (
         by_name(robot.findall(tag)) for tag in ('material', 'link', 'joint'))
-    for name, material in materials.items():
-        if not is_defined(material) or 'name' not in material.attrib:
+    used = [*materials.values(), *robot.iterfind('link/visual/material')]
+    defined = {material.get('name') for material in used if is_defined(material)}
+    for name in dict.fromkeys(material.get('name') for material in used):
+        if name is None or name not in defined:
             warn(f'material [{name}] has no name, or no valid color or texture')
-    defined = set(materials)
     for name, link in links.items():
         try:
-            check_link(link, defined, warn)
+            check_link(link)
         except ValueError as error:
             warn(f'link [{name}]: {error}. The rest of the link is ignored.')
     joints = {}
