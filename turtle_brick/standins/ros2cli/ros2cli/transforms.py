@@ -13,16 +13,15 @@
 # limitations under the License.
 """The tf2_ros programs `tf2_echo` and `static_transform_publisher`."""
 
-from math import asin, atan2, cos, degrees, sin
+from math import degrees
 from random import choices
 from string import ascii_letters, digits
 
 from rclpy.time import Time
 from ros2cli.graph import open_graph
 from tf2_ros import Buffer, StaticTransformBroadcaster, TransformListener
-from tf2_ros.buffer_core import compose, stamped
-
-AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+from tf2_ros.buffer_core import stamped
+from tf_transformations import euler_from_quaternion, quaternion_from_euler, quaternion_matrix
 
 
 def describe(transform):
@@ -32,16 +31,14 @@ def describe(transform):
 
     t, r = transform.transform.translation, transform.transform.rotation
     position, rotation, stamp = (t.x, t.y, t.z), (r.x, r.y, r.z, r.w), transform.header.stamp
-    x, y, z = (compose((0.0, 0.0, 0.0, *rotation), (*axis, 0.0, 0.0, 0.0, 1.0))[:3]
-               for axis in AXES)
-    angles = atan2(y[2], z[2]), -asin(max(-1.0, min(1.0, x[2]))), atan2(x[1], x[0])
-    matrix = '\n'.join(''.join(f' {number:6.3f}' for number in row)
-                       for row in (*zip(x, y, z, position), (0.0, 0.0, 0.0, 1.0)))
+    angles, matrix = euler_from_quaternion(rotation), quaternion_matrix(rotation)
+    matrix[:3, 3] = position
+    rows = '\n'.join(''.join(f' {number:6.3f}' for number in row) for row in matrix)
     return (f'At time {stamp.sec}.{stamp.nanosec}\n- Translation: [{joined(position)}]\n'
             f'- Rotation: in Quaternion (xyzw) [{joined(rotation)}]\n'
             f'- Rotation: in RPY (radian) [{joined(angles)}]\n'
             f'- Rotation: in RPY (degree) [{joined(map(degrees, angles))}]\n'
-            f'- Matrix:\n{matrix}')
+            f'- Matrix:\n{rows}')
 
 
 def tf2_echo(args):
@@ -71,15 +68,14 @@ def tf2_echo(args):
 
 def static_transform_publisher(args):
     """Publish a static transform until Ctrl-C or SIGTERM."""
-    quaternion, angles = (args.qx, args.qy, args.qz, args.qw), (args.yaw, args.pitch, args.roll)
+    quaternion, angles = (args.qx, args.qy, args.qz, args.qw), (args.roll, args.pitch, args.yaw)
     if args.frame_id == args.child_frame_id:
         return f"cannot publish static transform from '{args.frame_id}' to itself, exiting"
     if quaternion != (0.0, 0.0, 0.0, 1.0) and any(angles):
         return 'Cannot specify both quaternion and Euler rotations'
+    if any(angles):
+        quaternion = quaternion_from_euler(*angles)
     transform = args.x, args.y, args.z, *quaternion
-    for angle, axis in zip(angles, reversed(AXES)):
-        turn = (sin(angle / 2.0) * component for component in axis)
-        transform = compose(transform, (0.0, 0.0, 0.0, *turn, cos(angle / 2.0)))
     name = f'static_transform_publisher_{"".join(choices(ascii_letters + digits, k=16))}'
     with open_graph(lambda _: True, name, args.ros_args) as graph:
         broadcaster = StaticTransformBroadcaster(graph)

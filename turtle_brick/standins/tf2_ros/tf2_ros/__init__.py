@@ -102,14 +102,8 @@ class Buffer(BufferCore):
             self._changed.wait_for(lambda: answer()[0], nanoseconds_of(timeout) * 1e-9)
             return answer() if return_debug_tuple else answer()[0]
 
-    def set_transform(self, transform: TransformStamped, authority: str) -> None:
-        """Add a transform, or log an error if the transform is invalid."""
-        super().set_transform(transform, authority)
-        self._complete_futures()
-
-    def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Add a transform valid at all times."""
-        super().set_transform_static(transform, authority)
+    def _insert(self, transform: TransformStamped, authority: str, static: bool) -> None:
+        super()._insert(transform, authority, static)
         self._complete_futures()
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
