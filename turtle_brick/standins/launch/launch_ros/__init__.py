@@ -102,8 +102,9 @@ class ParameterFile:
         if not (allowed if isinstance(allowed, bool) else read_typed(
                 perform(context, allowed), bool)):
             return path
-        with NamedTemporaryFile('w', prefix='launch_params_', delete=False) as file:
-            file.write(perform(context, substitute(Path(path).read_text())))
+        with NamedTemporaryFile('w', encoding='utf-8', prefix='launch_params_',
+                                delete=False) as file:
+            file.write(perform(context, substitute(Path(path).read_text(encoding='utf-8'))))
         return file.name
 
 
@@ -220,7 +221,8 @@ class Node(ExecuteProcess):
                          else ['--params-file', os.path.abspath(each)])
         for each in self.parameters:
             if isinstance(each, dict):
-                with NamedTemporaryFile('w', prefix='launch_params_', delete=False) as file:
+                with NamedTemporaryFile('w', encoding='utf-8', prefix='launch_params_',
+                                        delete=False) as file:
                     key = f'{namespace.rstrip("/")}/{name}' if name and namespace else '/**'
                     yaml.dump({key: {'ros__parameters': evaluate_dict(context, each)}}, file,
                               default_flow_style=False)

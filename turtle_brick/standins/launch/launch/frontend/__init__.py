@@ -27,10 +27,10 @@ from launch.substitutions import (IfCondition, missing_name, perform, read_typed
 import yaml
 
 __getattr__ = missing_name('launch')
-PARSER = Lark(Path(__file__).with_name('grammar.lark').read_text(), start='template')
+PARSER = Lark.open('grammar.lark', __file__, start='template')
 TYPES = {each.__name__: each for each in (str, int, float, bool)}
 TYPES.update({f'list_of_{name}': list[each] for name, each in TYPES.items()})
-NAMES = yaml.safe_load(Path(__file__).with_name('names.yaml').read_text())
+NAMES = yaml.safe_load(Path(__file__).with_name('names.yaml').read_text(encoding='utf-8'))
 SUBSTITUTIONS = {name: getattr(substitutions, each)
                  for name, each in NAMES['substitutions'].items()}
 ACTIONS = {name: getattr(actions, each) for name, each in NAMES['actions'].items()}

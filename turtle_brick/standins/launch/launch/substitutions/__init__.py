@@ -227,7 +227,7 @@ ThisLaunchFileDir = substitution(
     'ThisLaunchFileDir', 'ThisLaunchFileDir()',
     lambda context: os.path.dirname(_launch_file('ThisLaunchFileDir', context)))
 FileContent = substitution('FileContent', 'FileContent({path})', lambda context, path: (
-    Path(perform(context, path)).read_text()))
+    Path(perform(context, path)).read_text(encoding='utf-8')))
 LaunchLogDir = substitution(
     'LaunchLogDir', 'LaunchLogDir()', lambda context: launch_config.log_dir)
 LocalSubstitution = substitution(
