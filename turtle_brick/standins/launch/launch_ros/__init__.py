@@ -15,7 +15,6 @@
 
 from functools import partial
 import os
-from pathlib import Path
 import shutil
 from tempfile import NamedTemporaryFile
 
@@ -91,21 +90,10 @@ class ParameterValue:
 
 
 class ParameterFile:
-    """A parameter file, which may contain substitutions if `allow_substs` is true."""
+    """A parameter file."""
 
-    def __init__(self, param_file, *, allow_substs=False):
-        self.param_file, self.allow_substs = param_file, allow_substs
-
-    def evaluate(self, context):
-        """Return the path of the file, or of a copy in which all substitutions are expanded."""
-        path, allowed = perform(context, self.param_file), self.allow_substs
-        if not (allowed if isinstance(allowed, bool) else read_typed(
-                perform(context, allowed), bool)):
-            return path
-        with NamedTemporaryFile('w', encoding='utf-8', prefix='launch_params_',
-                                delete=False) as file:
-            file.write(perform(context, substitute(Path(path).read_text(encoding='utf-8'))))
-        return file.name
+    def __init__(self, param_file):
+        self.param_file = param_file
 
 
 def evaluate(context, name, value):
@@ -227,10 +215,8 @@ class Node(ExecuteProcess):
                     yaml.dump({key: {'ros__parameters': evaluate_dict(context, each)}}, file,
                               default_flow_style=False)
                 path = file.name
-            elif isinstance(each, ParameterFile):
-                path = each.evaluate(context)
             else:
-                path = perform(context, each)
+                path = perform(context, getattr(each, 'param_file', each))
             if os.path.isfile(path):
                 self.cmd += ['--params-file', path]
             else:
@@ -243,8 +229,7 @@ class Node(ExecuteProcess):
 def parameter(element):
     """Return a node parameter as a dictionary, or the parameter file."""
     if 'from' in element.attrib:
-        given = attributes(element, ['src', 'allow_substs'])
-        return ParameterFile(given['src'], allow_substs=given.get('allow_substs', False))
+        return ParameterFile(attributes(element, ['src'])['src'])
     if 'name' not in element.attrib:
         raise ValueError('param Entity should have name or from attribute')
     if ('value' in element.attrib) == bool(len(element)):

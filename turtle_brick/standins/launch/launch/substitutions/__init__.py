@@ -163,11 +163,6 @@ class Substitution(Deferred):
         return self.description.format(**{
             name: describe(value, self.separator) for name, value in self.given.arguments.items()})
 
-    def __repr__(self):
-        name = type(self).__name__
-        module = re.sub(r'(?<!^)(?=[A-Z])', '_', name).lower()
-        return f'<launch.substitutions.{module}.{name} object at {id(self):#x}>'
-
 
 def describe(value, separator=' + '):
     """Return the unexpanded form of a string, a substitution, or a list of these."""
@@ -270,15 +265,6 @@ def _command(context, command, *, on_stderr='fail'):
     return done.stdout
 
 
-def _evaluate(context, expression, python_modules=('math',)):
-    modules = [importlib.import_module(name.strip())
-               for each in normalize_to_list_of_substitutions(python_modules)
-               for name in each.perform(context).split(',')]
-    names = dict(vars(math)) if math in modules else {}
-    names.update((each.__name__, each) for each in modules)
-    return str(eval(perform(context, expression), {}, names))
-
-
 def _anonymous_name(context, name):
     name = perform(context, name)
     unique = f'{name}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}'
@@ -289,7 +275,8 @@ AnonName = substitution('AnonName', 'AnonName({name})', _anonymous_name)
 FindExecutable = substitution('FindExecutable', 'FindExec({name})', _find_executable)
 Command = substitution('Command', 'Command({command})', _command)
 PythonExpression = substitution(
-    'PythonExpression', 'PythonExpr({expression}, [{python_modules}])', _evaluate)
+    'PythonExpression', "PythonExpr({expression}, ['math'])", lambda context, expression: str(
+        eval(perform(context, expression), {}, {**vars(math), 'math': math})))
 
 
 def _to_text(context, side):
