@@ -73,7 +73,6 @@ class RobotStatePublisher(Node):
         self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
         """Timestamp (ns) of each joint's last published state."""
-        self._last_call = 0
 
         self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
         self._static_publisher = self.create_publisher(TFMessage, '/tf_static', latched)
@@ -105,10 +104,6 @@ class RobotStatePublisher(Node):
         """Return whether to publish transforms for a state, and if so, record its timestamp."""
         now = self.get_clock().now().nanoseconds
         published = self._published
-        if now < self._last_call:
-            self.get_logger().warning('Moved backwards in time, re-publishing joint transforms!')
-            published.clear()
-        self._last_call = now
         stamp = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec
         # The interval is a whole number of milliseconds, as in the real node.
         interval = int(1000.0 / self._frequency) * 1_000_000 if self._frequency else 0

@@ -24,9 +24,7 @@ from typing import NoReturn
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.clock import Clock, JumpThreshold, TimeJump
 from rclpy.duration import Duration
-from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
@@ -58,25 +56,16 @@ def __getattr__(name: str) -> NoReturn:
 
 
 class Buffer(BufferCore):
-    """A transform buffer that can wait for transforms and is cleared if the clock jumps back."""
+    """A transform buffer that can wait for transforms."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
         """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
         super().__init__(cache_time)
         self._futures: dict[Future, tuple[str, str, AnyTime]] = {}
         """Futures of wait_for_transform_async that have no result yet, and their arguments."""
-        self.clock = Clock() if node is None else node.get_clock()
-        self.jump_handle = self.clock.create_jump_callback(
-            JumpThreshold(min_forward=None, min_backward=Duration(seconds=-1),
-                          on_clock_change=True), post_callback=self.time_jump_callback)
 
     def __getattr__(self, name: str) -> NoReturn:
         raise AttributeError(missing(f'Buffer.{name}'))
-
-    def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Clear the buffer after the clock has jumped back."""
-        get_logger('tf2_buffer').warning('Detected jump back in time. Clearing tf buffer.')
-        self.clear()
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                          timeout: Duration = Duration()) -> TransformStamped:
@@ -149,10 +138,6 @@ class TransformListener:
         self.tf_static_sub = node.create_subscription(
             TFMessage, '/tf_static', self.static_callback, static_qos or QoSProfile(
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
-
-    def __del__(self) -> None:
-        if hasattr(self, 'tf_static_sub'):
-            self.unregister()
 
     def unregister(self) -> None:
         """Unsubscribe from /tf and /tf_static."""
