@@ -80,7 +80,7 @@ NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
-SHARED_FILES = {'joint_state_publisher': ('graph_client/run_node.py',),
+SHARED_FILES = {'joint_state_publisher': ('graph_client/run_node.py', 'graph_view/server.py'),
                 'robot_state_publisher': ('graph_client/run_node.py',),
                 'rviz2': ('graph_client/*.py', 'graph_view/*.py'),
                 'turtlesim': ('graph_client/run_node.py',

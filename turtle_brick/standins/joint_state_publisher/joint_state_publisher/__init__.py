@@ -25,7 +25,6 @@ from collections.abc import Callable
 from math import pi
 from random import uniform
 import sys
-from typing import Any
 from xml.etree import ElementTree
 
 from joint_state_publisher.run_node import run_node
@@ -101,32 +100,24 @@ class Gui(JointStatePublisher):
     """Publishes joint positions that the user sets with sliders on a web page."""
 
     def __init__(self) -> None:
-        import rich  # These modules are slow to import and are only used here.
-        import viser
-        rich.get_console().quiet = True  # suppresses the messages from viser
-        self.sliders: dict[str, Any] = {}
-        self.server = viser.ViserServer('127.0.0.1', 8081, 'Joint State Publisher', verbose=False)
+        from joint_state_publisher.server import PageServer  # This module is slow to import.
+        self.server = PageServer('127.0.0.1', 8081, 'Joint State Publisher')
         super().__init__()
-        print(f'Joint State Publisher: http://127.0.0.1:{self.server.get_port()}',
-              file=sys.stderr, flush=True)
+        print(f'Joint State Publisher: {self.server.url}', file=sys.stderr, flush=True)
 
     def configure(self, description: String) -> None:
         """Read the joints and create a slider for each joint."""
         super().configure(description)
-        self.call_in_page(self.create_sliders)
-
-    def call_in_page(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function in the viser thread, because viser is not thread-safe."""
-        self.server.get_event_loop().call_soon_threadsafe(function, *arguments)
+        self.server.update(self.create_sliders)
 
     def create_sliders(self) -> None:
         """Create two buttons, and one slider per joint."""
-        gui = self.server.gui
+        gui = self.server.viser.gui
         gui.reset()
-        gui.add_button('Randomize').on_click(lambda _: self.call_in_page(self.set_positions, {
-            name: uniform(*limits[:2]) for name, limits in self.limits.items()}))
-        gui.add_button('Center').on_click(lambda _: self.call_in_page(self.set_positions, {
-            name: zero for name, (_, _, zero) in self.limits.items()}))
+        gui.add_button('Randomize').on_click(lambda _: self.move(
+            lambda least, greatest, zero: uniform(least, greatest)))
+        gui.add_button('Center').on_click(lambda _: self.move(
+            lambda least, greatest, zero: zero))
         self.sliders = {
             name: gui.add_slider(name, least, greatest, (greatest - least) / 10000,
                                  min(max(zero, least), greatest))
@@ -135,14 +126,17 @@ class Gui(JointStatePublisher):
             slider.on_update(lambda event, name=name: self.positions.update(
                 {name: event.target.value}))
 
-    def set_positions(self, positions: dict[str, float]) -> None:
-        """Set joint positions and move the sliders to match."""
-        for name, position in positions.items():
-            self.sliders[name].value = self.positions[name] = position
+    def move(self, choose: Callable[[float, float, float], float]) -> None:
+        """Set each joint to the position that a function chooses from the limits of the joint."""
+        def update() -> None:
+            for name, limits in self.limits.items():
+                self.sliders[name].value = self.positions[name] = choose(*limits)
+
+        self.server.update(update)
 
     def destroy_node(self) -> None:
         """Stop the web server and destroy the node."""
-        self.server.stop()
+        self.server.viser.stop()
         super().destroy_node()
 
 
