@@ -267,7 +267,6 @@ MAY_DIFFER = (
 
 ANSWERS = {
     'call_place_refused': r'(message=).*()',
-    'topic_list_verbose': r'(/(?:tf_static|rosout) .*\] )\d+( )',
     # rclpy and rclcpp give different reasons.
     **dict.fromkeys(('param_set_out_of_range', 'param_set_unknown', 'param_set_wrong_type'),
                     r'(failed: ).*()'),

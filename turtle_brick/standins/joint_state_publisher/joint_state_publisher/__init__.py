@@ -116,8 +116,7 @@ class Gui(JointStatePublisher):
         gui.reset()
         gui.add_button('Randomize').on_click(lambda _: self.move(
             lambda least, greatest, zero: uniform(least, greatest)))
-        gui.add_button('Center').on_click(lambda _: self.move(
-            lambda least, greatest, zero: zero))
+        gui.add_button('Center').on_click(lambda _: self.move(lambda least, greatest, zero: zero))
         self.sliders = {
             name: gui.add_slider(name, least, greatest, (greatest - least) / 10000,
                                  min(max(zero, least), greatest))

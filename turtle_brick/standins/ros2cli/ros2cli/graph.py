@@ -248,23 +248,7 @@ def action_types(graph, hidden):
 
 action_list = partial(print_names, action_types)
 service_find = service_list = partial(print_names, GraphNode.service_types)
-topic_find = partial(print_names, GraphNode.topic_types)
-
-
-def topic_list(args):
-    """Print the names of the topics."""
-    if args.count or not args.verbose:
-        return topic_find(args)
-    with open_graph() as graph:
-        for heading, end, get_count in (('Published', 'publisher', graph.count_publishers),
-                                        ('Subscribed', 'subscriber', graph.count_subscribers)):
-            print(f'{heading} topics:')
-            for name, types in graph.topic_types(args.hidden).items():
-                count = get_count(name)
-                if count:
-                    ends = end if count == 1 else f'{end}s'
-                    print(f' * {name} [{", ".join(types)}] {count} {ends}')
-            print()
+topic_find = topic_list = partial(print_names, GraphNode.topic_types)
 
 
 def print_type(get_types, option, args):

@@ -88,9 +88,8 @@ class Fields(dict):
     """Message fields, which yaml.dump() writes in block style and in their original order."""
 
 
-yaml.add_representer(Fields, lambda dumper, fields: yaml.MappingNode(
-    'tag:yaml.org,2002:map', [(dumper.represent_data(name), dumper.represent_data(value))
-                              for name, value in fields.items()]))
+yaml.add_representer(Fields, lambda dumper, fields: dumper.represent_mapping(
+    'tag:yaml.org,2002:map', fields.items(), flow_style=False))
 
 
 def to_yaml(value, args, kind=None):
@@ -145,10 +144,8 @@ def topic_class(graph, topic):
     """Return the message class for a topic, or None if the topic does not exist."""
     name = expand_topic_name(topic, graph.get_name(), graph.get_namespace())
     types = graph.topic_types().get(name, ())
-    if len(types) > 1:
-        raise RuntimeError(f"Cannot echo topic '{topic}', as it contains more than one type: "
-                           f'[{", ".join(types)}]')
-    return interface(*types, 'msg', f"The message type '{types[0]}' is invalid") if types else None
+    return interface(
+        types[0], 'msg', f"The message type '{types[0]}' is invalid") if types else None
 
 
 def qos_profile(args, publishers=()):
