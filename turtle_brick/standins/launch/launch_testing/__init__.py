@@ -283,26 +283,14 @@ class LaunchTestFile(pytest.Module):
         return [LaunchTest.from_parent(self, name=self.path.stem)]
 
 
-class Failures(Exception):
-    """An exception that lists the failures of a launch test."""
-
-    def __str__(self):
-        width = max(len(line) for _, text in self.args for line in text.splitlines())
-        return '\n' + '\n\n'.join(f'{"=" * width}\nFAIL: {name}\n{"-" * width}\n{text}'
-                                  for name, text in self.args)
-
-
 class LaunchTest(pytest.Item):
     """A pytest item that runs the launch test in a file."""
 
     def runtest(self):
         failures = run(self.parent.obj)
         if failures:
-            raise Failures(*failures)
-
-    def repr_failure(self, excinfo):
-        failed = excinfo.errisinstance(Failures)
-        return str(excinfo.value) if failed else super().repr_failure(excinfo)
+            pytest.fail('\n\n'.join(f'{"=" * 70}\nFAIL: {name}\n{"-" * 70}\n{text}'
+                                    for name, text in failures), pytrace=False)
 
     def reportinfo(self):
         return self.path, 0, f'launch tests: {self.name}'
