@@ -31,7 +31,7 @@ ROS parameters (read-only):
     frame_prefix (string, empty): prefix added to all frame names
 """
 
-from functools import lru_cache
+from collections.abc import Iterable
 from pathlib import Path
 import sys
 from typing import Any
@@ -69,8 +69,6 @@ class RobotStatePublisher(Node):
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._joints = parse(description, self.get_logger().warning)
-        # The result is cached because a publisher always sends the same joint names.
-        self._sources = lru_cache(self._find_sources)
         self._published: dict[str, int] = {}
         """Timestamp (ns) of each joint's last published state."""
 
@@ -88,33 +86,29 @@ class RobotStatePublisher(Node):
 
     def joint_states_callback(self, state: JointState) -> None:
         """Publish the transforms of moving joints, unless the last message was too recent."""
-        names = tuple(state.name)
-        positions = state.position
-        if len(names) != len(positions):
-            return self.get_logger().error(
+        if len(state.name) != len(state.position):
+            self.get_logger().error(
                 'Robot state publisher ignored an invalid JointState message with '
-                f'{len(positions)} positions of the joints {names}')
-        if not self._is_due(names, state):
-            return
-        self._tf_publisher.publish(TFMessage(transforms=[
-            self._transform(joint, multiplier * positions[index] + offset, state.header.stamp)
-            for joint, index, multiplier, offset in self._sources(names)]))
+                f'{len(state.position)} positions of the joints {state.name}')
+        elif self._is_due(state):
+            self._tf_publisher.publish(TFMessage(transforms=[
+                self._transform(joint, factor * state.position[index] + offset, state.header.stamp)
+                for joint, index, factor, offset in self._find_sources(state.name)]))
 
-    def _is_due(self, names: tuple[str, ...], state: JointState) -> bool:
+    def _is_due(self, state: JointState) -> bool:
         """Return whether to publish transforms for a state, and if so, record its timestamp."""
         now = self.get_clock().now().nanoseconds
-        published = self._published
         stamp = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec
         # The interval is a whole number of milliseconds, as in the real node.
         interval = int(1000.0 / self._frequency) * 1_000_000 if self._frequency else 0
-        last = min([published.get(name, 0) for name in names], default=now)
+        last = min([self._published.get(name, 0) for name in state.name], default=now)
         if stamp < min(now, last) + interval and not self._ignore_stamp:
             return False
-        for name in names:
-            published[name] = stamp
+        for name in state.name:
+            self._published[name] = stamp
         return True
 
-    def _find_sources(self, names: tuple[str, ...]) -> list[tuple[Joint, int, float, float]]:
+    def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
         """Return (joint, i, m, b) for each joint, where m * positions[i] + b is the position."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
