@@ -415,9 +415,7 @@ def test_completion_offers_existing_names(argument, before, answers, open_graph_
 
 @pytest.mark.parametrize('line, words', [
     ('interface show turtlesim/msg/', 'turtlesim/msg/Color\nturtlesim/msg/Pose'),
-    ('topic pub /text std_msgs/msg/String ', '"data: \'\'\n"'),
-    ('service call /place turtle_brick_interfaces/srv/Place "',
-     'location:\n  x: 0.0\n  y: 0.0\n  z: 0.0\n')])
+    ('launch turtle_brick turtle_arena.launch.p', 'turtle_arena.launch.py ')])
 def test_shell_completes_after_tab(line, words, tmp_path, domain_id, monkeypatch):
     """The suggestions have the format that bash expects after env.bash is sourced."""
     line = f'ros2 {line}'

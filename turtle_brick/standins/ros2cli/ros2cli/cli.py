@@ -26,7 +26,7 @@ import signal
 import sys
 import traceback
 
-from argcomplete import CompletionFinder
+import argcomplete
 import yaml
 
 
@@ -108,21 +108,10 @@ def parse(argv):
             sys.exit(f'ros2 {name} is not in this stand-in: {instead}')
     add_commands(parser, '', words, table)
     if completing:
-        Finder()(parser, exclude=['-h', '--help'], always_complete_options=False,
-                 default_completer=partial(complete, table['completed']))
+        argcomplete.autocomplete(
+            parser, exclude=['-h', '--help'], always_complete_options=False,
+            default_completer=partial(complete, table['completed']))
     return parser.parse_args(argv)
-
-
-class Finder(CompletionFinder):
-    """Completes words on the command line and never quotes message values twice."""
-
-    def quote_completions(self, completions, cword_prequote, last_wordbreak_pos):
-        """Quote completions for the shell, unless they are already quoted."""
-        if completions and completions[0].startswith('"'):
-            if not cword_prequote:
-                return completions
-            completions = [each.strip('"') for each in completions]
-        return super().quote_completions(completions, cword_prequote, last_wordbreak_pos)
 
 
 def complete(verbs, action, parsed_args, **_):
@@ -134,8 +123,7 @@ def complete(verbs, action, parsed_args, **_):
             args = parse(verbs[action.dest].format_map(given).split())
             args.function(args)
             leave_graph(0)
-    text = output.getvalue().strip()
-    return [text] if text.startswith('"') else [line.split()[-1] for line in text.splitlines()]
+    return [line.split()[-1] for line in output.getvalue().splitlines() if line.strip()]
 
 
 def leave_graph(status):

@@ -11,9 +11,8 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Verbs for messages: `interface proto`, `service call`, `topic echo` and `topic pub`."""
+"""Verbs for messages: `service call`, `topic echo` and `topic pub`."""
 
-from argparse import Namespace
 from array import array
 from importlib import import_module
 import re
@@ -119,15 +118,6 @@ def to_csv(value):
     if isinstance(value, (dict, list)):
         return ','.join(map(to_csv, value.values() if isinstance(value, dict) else value))
     return str(value)
-
-
-def interface_proto(args):
-    """Print the default values of a message, a service request or an action goal."""
-    kind = interface(args.type, '', f"The interface '{args.type}' is invalid")
-    message = getattr(kind, 'Request', getattr(kind, 'Goal', kind))()
-    values = to_yaml(message, Namespace(full_length=True, no_arr=False))
-    text = yaml.dump(values, default_flow_style=False)
-    print(text if args.no_quotes else f'"{text}"')
 
 
 def message_filter(text):
