@@ -31,7 +31,7 @@ import rclpy
 from rclpy.action import ActionServer
 from recorded import (Command, FORKS, POLL_TIME, records, restored_signal_handlers, run_here,
                       with_paths, write_files)
-from ros2cli import cli, messages, topic_statistics
+from ros2cli import cli, messages
 import ros2cli.graph as cli_graph
 from ros2cli.graph import GraphNode, is_complete
 from turtle_brick.tools.graph import Graph
@@ -313,7 +313,7 @@ def test_command(name, outcomes, files):
 
 @pytest.mark.parametrize('name', HERE)
 def test_verb(name, open_graph_here, files, monkeypatch):
-    for module in (cli_graph, messages, topic_statistics):
+    for module in (cli_graph, messages):
         monkeypatch.setattr(module, 'open_graph', open_graph_here)
     record = RECORDS[name]
     done = run_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''))
@@ -325,16 +325,16 @@ MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
 """Reception time (s) and number n of each message. Message n has 100 n bytes and is n ms late."""
 
 REPORTS = {
-    topic_statistics.bandwidth_report: """
+    messages.bandwidth_report: """
 57.14 KB/s from 3 messages
 \tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB
 33.33 KB/s from 3 messages
 \tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB""",
-    topic_statistics.delay_report: """
+    messages.delay_report: """
 average delay: 0.267
 \tmin: 0.100s max: 0.400s std dev: 0.12472s window: 3
 no new messages""",
-    topic_statistics.rate_report: """
+    messages.rate_report: """
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
@@ -343,7 +343,7 @@ average rate: 2.143
 
 @pytest.mark.parametrize('report', REPORTS)
 def test_statistics_are_those_of_the_real_ros2(report):
-    sizes = report is topic_statistics.bandwidth_report
+    sizes = report is messages.bandwidth_report
     samples = [(time, n * 100 if sizes else time - n / 1000) for time, n in MESSAGES]
     assert ''.join(
         f'\n{report(samples[-4:], 3, now, now < 3.0)}' for now in (2.0, 3.0)) == REPORTS[report]
