@@ -37,7 +37,7 @@ FIXED = ('fixed', 'planar')
 """Joint types. A planar joint does not move, as in the real robot_state_publisher."""
 
 ATTRIBUTES: dict[str, dict[str, str]] = yaml.safe_load(
-    Path(__file__).with_name('attributes.yaml').read_text('utf-8'))
+    Path(__file__).with_name('attributes.yaml').read_text(encoding='utf-8'))
 """Kind of each attribute of each element: a text, a number or a vector, which may be required."""
 
 JOINT_PARTS = ('origin', 'axis', 'limit', 'safety_controller', 'calibration', 'mimic', 'dynamics')
