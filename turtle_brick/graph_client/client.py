@@ -22,8 +22,7 @@ from graph_client.drops import DropWatch
 from graph_client.geometry import CENTER, Vector
 from graph_client.observer import fill_position, number_fields, Observer
 from graph_client.profiles import FRAMES, NUMBERS
-from graph_client.record import (Drive, EXTRAPOLATION_NS, NS_PER_SECOND, Request,
-                                 rest_start)
+from graph_client.record import Drive, EXTRAPOLATION_NS, NS_PER_SECOND, Request, rest_start
 from graph_client.spinning import Spinner
 
 TIMEOUT = 3.0

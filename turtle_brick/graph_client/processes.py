@@ -49,11 +49,12 @@ def launch_error(output: str) -> str:
     if printed:
         program = Path(command.partition('Command: ')[2].partition(' ')[0]).name
         error = f'{program} printed an error or a warning, which stops the launch: {printed}'
-    return ' '.join(error.partition(', searching: ')[0].strip('"').split())[:400]
+    return ' '.join(error.split())[:400]
 
 
 def explain_missing(error: str) -> str:
     """Add to an error whether the environment or the workspace lacks a package or a feature."""
+    error = error.partition(', searching: ')[0].strip('"')
     for name in (a or b for a, b in MISSING.findall(error)):
         place = 'workspace' if name.startswith('turtle_brick') else 'environment'
         return f'{error} (the {place} lacks {name})'

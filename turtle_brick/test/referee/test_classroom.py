@@ -20,7 +20,7 @@ import re
 import signal
 import sys
 
-from graph_client.processes import crashes, explain_missing, launch_error, Process
+from graph_client.processes import explain_missing, launch_error, Process
 import pytest
 from turtle_referee import classroom, referee
 
@@ -39,28 +39,19 @@ CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback)
 
 
 @pytest.mark.parametrize('output, expected', (
-    (IMPORT_ERROR + DIED.format('catcher-3', 1),
-     ["catcher crashed: ModuleNotFoundError: No module named 'nonsuch'"]),
-    (IMPORT_ERROR, []),  # The node catches and logs this error.
-    (DIED.format('arena-2', -11), ['arena crashed: exit status -11']),
-    (DIED.format('arena-2', -2), []),  # ros2 launch stopped this process.
-    ('[INFO] [arena-2]: process has finished cleanly [pid 7]\n', [])))
-def test_crashes_have_the_name_and_the_error_of_the_process(output, expected):
-    assert crashes(output) == expected
-
-
-@pytest.mark.parametrize('output, expected', (
+    (IMPORT_ERROR + DIED.format('catcher-3', 1), 'catcher crashed: ModuleNotFoundError: No module '
+     "named 'nonsuch' (the environment lacks nonsuch)"),
+    (IMPORT_ERROR, ''),  # The node catches and logs this error.
+    (DIED.format('arena-2', -11), 'arena crashed: exit status -11'),
+    (DIED.format('arena-2', -2), ''),  # ros2 launch stopped this process.
     (f'{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n'
      'Captured stderr output:\nload_yaml() is\ndeprecated\n\n[INFO] [launch]: x\n',
      'xacro printed an error or a warning, which stops the launch: load_yaml() is deprecated'),
     (f"{CAUGHT}\"package 'rviz2' not found, searching: ['/a', '/b']\"\n",
      "package 'rviz2' not found (the environment lacks rviz2)"),
     (f'{CAUGHT}Caught multiple exceptions when trying to load file of format [py]:\n'
-     " - ModuleNotFoundError: No module named 'turtle_brick.x'\n - Error: unknown format\n",
-     "ModuleNotFoundError: No module named 'turtle_brick.x' (the workspace lacks turtle_brick.x)"),
-    (f'{CAUGHT}X is not in the stand-in for launch\n',
-     'X is not in the stand-in for launch (the environment may lack it)'),
-    (DIED.format('arena-2', 1), 'arena crashed: exit status 1'), ('all is well', '')))
+     " - ModuleNotFoundError: No module named 'turtle_brick'\n - Error: unknown format\n",
+     "ModuleNotFoundError: No module named 'turtle_brick' (the workspace lacks turtle_brick)")))
 def test_the_error_of_a_launch_is_one_sentence(output, expected):
     assert explain_missing(launch_error(output)) == expected
 
@@ -80,7 +71,7 @@ def test_each_requirement_belongs_to_the_hour_on_the_page():
 def students(tmp_path, monkeypatch):
     """Return a class directory in which only Ann's workspace is built on this machine."""
     monkeypatch.chdir(tmp_path)
-    for name in ('ann', 'carl'):
+    for name, prefix in (('ann', tmp_path), ('carl', '/nowhere')):
         share = tmp_path / f'class/{name}/install/share'
         for directory in ('turtle_brick', 'ament_index/resource_index/packages'):
             (share / directory).mkdir(parents=True)
@@ -90,7 +81,6 @@ def students(tmp_path, monkeypatch):
             '<launch><executable cmd="false"/></launch>')
         (share.parent / 'local_setup.bash').write_text(
             f'export AMENT_PREFIX_PATH={share.parent}:$AMENT_PREFIX_PATH')
-        prefix = share.parent if name == 'ann' else '/nowhere/install'
         (share.parent / 'setup.sh').write_text(
             f'_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX={prefix}\n')
     (tmp_path / 'class/bob/src').mkdir(parents=True)
@@ -100,12 +90,10 @@ def students(tmp_path, monkeypatch):
 def test_the_launch_files_and_packages_of_the_student_are_used(students):
     assert referee.main(['--class', students, '--hour', '3']) == 2
     ann, bob, carl = csv.DictReader(open('class.csv', newline=''))
-    assert re.fullmatch(
-        r"turtle_arena.launch.py: found no graph: .*No module named 'turtle_brick' \(the "
-        r'workspace lacks turtle_brick\); found no graph: false crashed: exit status 1',
-        ann['failed'])
+    assert 'turtle_arena.launch.py: found no graph: ModuleNotFoundError: No' in ann['failed']
+    assert ann['failed'].endswith('; found no graph: false crashed: exit status 1')
     assert (bob['student'], bob['failed']) == ('bob', 'not built')
-    assert carl['failed'].startswith('not built on this machine: install belongs in /nowhere/')
+    assert carl['failed'].startswith('not built on this machine: install belongs in /nowhere, ')
     assert 'drop' in ann and 'tilt' not in ann
     assert 'not built' in Path('class.html').read_text()
 

@@ -14,7 +14,6 @@
 """Test the profiles and reports of the referee."""
 
 import csv
-import json
 from math import inf, nan
 import sys
 from xml.etree import ElementTree
@@ -63,13 +62,6 @@ def test_the_pages_do_not_overflow(tmp_path, judged):
             browser.wait_for(f'location.href.endsWith("{name}.html") && document.querySelector'
                              '("table") && document.readyState === "complete"')
             assert browser.evaluate('document.documentElement.scrollWidth') == 400
-
-
-def test_the_json_contains_all_data():
-    data = json.loads(report.as_json(JUDGMENTS, ABOUT), parse_constant=pytest.fail)
-    assert [one['mark'] for one in data['requirements']] == [FAILED, FAILED, OPEN, OPEN, MET]
-    assert data['requirements'][1]['follows'] == ['b']
-    assert data['seconds'] == 1.5 and data['notes'] == ['ö']
 
 
 def test_the_terminal_repeats_what_is_not_met(capsys):
@@ -129,7 +121,6 @@ def test_an_invalid_file_is_skipped(judged, capsys, tmp_path, text, reason):
 @pytest.mark.parametrize('text, reason', (
     ('topics: {tlit: x}', "topics.tlit: 'x' is not valid; the valid names are cmd_vel, odom"),
     ('names: {tilt: x}', "names.tilt: 'x' is not valid; the valid names are topics, services, f"),
-    ('topics: {tilt: ""}', "topics.tilt: '' is not valid"),
     ('numbers: {platform_radius: true}', 'platform_radius: True is not valid'),
     ('topics: tilt', 'has no attribute'),
     ('{', 'while parsing')))
@@ -153,13 +144,9 @@ def test_a_profile_replaces_only_the_listed_names(tmp_path):
 @pytest.mark.parametrize('name, available, expected', (
     ('drop', {'/arena/drop': [], '/drop_status': []}, ['/arena/drop']),
     ('place', {'/place_brick': [], '/place_node/get_parameters': []}, ['/place_brick']),
-    ('goal_pose', {'/goal': ['geometry_msgs/msg/Point'], '/goal_ok': ['std_msgs/msg/Bool']},
-     ['/goal']),
-    ('pose', {'/a/pose': ['turtlesim/msg/Pose'], '/b_pose': ['geometry_msgs/msg/Pose']},
-     ['/a/pose']),
     ('platform', {'platform_link': [], 'platform_post': []}, ['platform_link']),
     ('wheel', {'left_wheel': [], 'right_wheel': []}, ['left_wheel', 'right_wheel']),
-    ('tilt', {'/odom': []}, [])))
+    ('pose', {'/a/pose': ['turtlesim/msg/Pose'], '/b_pose': []}, ['/a/pose'])))
 def test_the_most_similar_names_are_found(name, available, expected):
     assert similar_names(name, available) == expected
 

@@ -88,6 +88,7 @@ def add_message(record, topic, message, seconds, late=0.0):
 
 
 def add_marker(record, marker, seconds, topic='/marker'):
+    marker.id = len(record.markers)
     record.markers.append(ReceivedMarker(at(seconds), topic, marker))
 
 
@@ -102,11 +103,9 @@ def box(frame, x=0.0, y=0.0, size=(LENGTH, WIDTH, HEIGHT)):
 
 def add_walls(record, times):
     for seconds in times:
-        for number, (x, y, *size) in enumerate((
-                (5.5, 0.0, 11.1, 0.1, 0.5), (5.5, 11.1, 11.1, 0.1, 0.5),
-                (0.0, 5.5, 0.1, 11.1, 0.5), (11.1, 5.5, 0.1, 11.1, 0.5))):
+        for x, y, *size in ((5.5, 0.0, 11.1, 0.1, 0.5), (5.5, 11.1, 11.1, 0.1, 0.5),
+                            (0.0, 5.5, 0.1, 11.1, 0.5), (11.1, 5.5, 0.1, 11.1, 0.5)):
             add_marker(record, box('world', x, y, size), seconds, '/walls')
-            record.markers[-1].marker.id = number
 
 
 def drive(record, off):
@@ -479,8 +478,7 @@ def test_rates_are_measured_by_stamps(rate, met):
     record = make_record((drive,), rate=rate)
     record.publishers['/judged/joint_states'] = {'/gui', '/judged/turtle_robot'}
     found = judge(record, *names)
-    assert ['published by /gui and /judged/turtle_robot' in one.measured for one in found].count(
-        True) == 1
+    assert sum('published by /gui and /judged/turtle_robot' in one.measured for one in found) == 1
     assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
 
 
@@ -521,14 +519,9 @@ def test_an_absent_topic_breaks_many_rules_with_one_cause():
     found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
     assert {one.measured for one in found} == {'there is no robot_description'}
     assert [one.follows for one in found] == [[], *[['frames: robot']] * (len(found) - 1)]
-
-
-def test_consequences_of_a_crash_follow_from_the_crash():
-    record = make_record((drive,), crooked=1.0)
-    record.topics['robot_description'].clear()
     record.crashes = ['publisher crashed: exit status 1']
-    follows = {one.name: one.follows for one in judge(record, 'URDF: wheel', 'frames: robot')}
-    assert follows == {name: ['publisher crashed'] for name in ('URDF: wheel', 'frames: robot')}
+    found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
+    assert {tuple(one.follows) for one in found} == {('publisher crashed',)}
 
 
 def test_a_part_of_the_interface_that_cannot_be_used_is_open():
@@ -540,16 +533,11 @@ def test_a_part_of_the_interface_that_cannot_be_used_is_open():
 
 
 def test_frames_may_have_other_names():
-    record, names = make_record(), {'world': 'map', 'brick': 'brick_1', 'platform': 'tray'}
-    record.profile.frames.update(names)
-    record.frames = {names.get(name, name): frame for name, frame in record.frames.items()}
-    for frame in record.frames.values():
-        frame.samples = [one._replace(parent=names.get(one.parent, one.parent))
-                         for one in frame.samples]
-        frame.published = [(one.stamp, one) for one in frame.samples]
-    for received in record.markers:
-        header = received.marker.header
-        header.frame_id = names.get(header.frame_id, header.frame_id)
+    record = make_record()
+    for name, other in (('brick', 'brick_1'), ('platform', 'tray')):
+        record.profile.frames[name] = other
+        record.frames[other] = record.frames.pop(name)
+    record.markers[4].marker.header.frame_id = 'brick_1'
     description = record.topics['robot_description'][0].message
     description.data = description.data.replace('"platform"', '"tray"')
     assert {one.mark for one in referee.RULES.judge(record)} == {MET}
