@@ -127,11 +127,11 @@ class Process(AbstractContextManager['Process']):
         return self._popen.poll() is None
 
     def exit_message(self) -> str:
-        """Return the exit status and last output lines after the process has exited."""
+        """Return the exit status and the last lines of output that are not information."""
         self._reader.join(1.0)
-        lines = ' / '.join(self.output.strip().splitlines()[-3:])
+        lines = [line for line in self.output.splitlines() if line[:7] not in ('', '[INFO] ')]
         return (f'{self.command[0]} exited with status {self._popen.returncode}: '
-                f'{lines or "no output"}')
+                f'{" / ".join(lines[-3:]) or "no output"}')
 
     def send(self, number: int) -> None:
         """Send a signal unless the process has exited."""
