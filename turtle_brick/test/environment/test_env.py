@@ -43,8 +43,14 @@ def shell(script, *, options=(), **variables):
     return done.returncode, done.stdout, done.stderr
 
 
+WAITING = 'turtle_brick: Another terminal is building this workspace. Waiting ...\n'
+"""Message that appears if another test sources env.bash at the same time."""
+
+
 def sourced(script, **arguments):
-    return shell(f'source {shlex.quote(str(ENV))} || exit\n{script}', **arguments)
+    status, output, errors = shell(
+        f'source {shlex.quote(str(ENV))} || exit\n{script}', **arguments)
+    return status, output, errors.replace(WAITING, '')
 
 
 IMPORTS = """python3 -c '
