@@ -137,7 +137,7 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def _fill_release(self, request: Any) -> None:
-        """Assume that each number in a request to drop the brick is the gravity."""
+        """Set each number in a drop request to the gravity and record this assumption."""
         for owner, name in number_fields(request):
             gravity = self.number('gravity_accel')
             setattr(owner, name, gravity)

@@ -76,7 +76,7 @@ class Drive(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Return the distance (m) between the start and the goal."""
+        """Return the distance (m) between the start and the goal of the drive."""
         return dist(self.start, self.goal)
 
 

@@ -23,7 +23,7 @@ import yaml
 class Settings(NamedTuple):
     """Settings of the page. The default values are used without a configuration file."""
 
-    fixed_frame: str = ''  # Empty for world, or for the robot's root link if world is missing.
+    fixed_frame: str = ''  # If empty, use world, or the robot's root link if world is missing.
     shows_frames: bool = False  # Whether the axes of the frames are visible at first.
     hidden_frames: frozenset[str] = frozenset()
     description_topic: str = 'robot_description'

@@ -252,7 +252,7 @@ class Viewer(Node):
 
 
 def parse(name: str, args: list[str]) -> Settings:
-    """Return the settings from the command line. Other arguments of rviz2 have no effect."""
+    """Return the settings from the command line. All other rviz2 arguments are ignored."""
     parser = argparse.ArgumentParser(prog=name, description='Show a graph in the browser.')
     parser.add_argument('-d', '--display-config', metavar='FILE', help='rviz2 configuration file')
     parser.add_argument('-f', '--fixed-frame', metavar='FRAME', help='fixed frame')

@@ -43,7 +43,7 @@ def test_brick_is_reachable_if_the_robot_has_enough_time():
 
 
 def test_time_needed_by_a_robot():
-    """The robot has to drive 2.5 m at 3 m/s. While it moves, it may first drive away."""
+    """A robot 3 m from the point drives 2.5 m at 3 m/s. A moving robot may first drive away."""
     point = (8.0, 5.0)
     drive = 2.5 / 3.0
     assert time_needed(point, RobotState(5.0, 5.0), PARAMETERS) == pytest.approx(LATENCY + drive)

@@ -57,7 +57,7 @@ TURN_DISTANCE = 0.005
 """Distance (m) from the goal within which corrections do not turn the stem."""
 
 HIDDEN_COMMANDS = round((POSE_TIMEOUT + COMMAND_DELAY) / COMMAND_PERIOD)
-"""Maximum number of commands that a usable pose cannot show yet."""
+"""Maximum number of commands whose effect is not yet visible in a valid pose."""
 
 
 class Driver:

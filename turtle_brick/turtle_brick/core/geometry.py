@@ -27,7 +27,7 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, each from 0 to 1."""
+"""Color as red, green, blue and opacity, each from 0 to 1."""
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 

@@ -157,7 +157,7 @@ class GuardedListener(TransformListener):
         """For each child frame, whether its first transform was static."""
         self._last = 0
         self._next_warning = 0
-        """Earliest time (ns) of the next warning."""
+        """Earliest time (ns) of the next warning about an ignored transform."""
         super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:

@@ -46,7 +46,7 @@ WORST_DELAYS = (
 
 
 def guaranteed_latency(parameters: Parameters) -> float:
-    """Return the time (s) from the release to the first motion that the guarantee assumes."""
+    """Return the assumed time (s) from the release of a brick to the robot's first motion."""
     return DETECTION_TIME + parameters.command_latency
 
 

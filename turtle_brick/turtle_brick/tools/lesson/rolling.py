@@ -40,7 +40,7 @@ TELEPORT = 2.0
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
-    """Drive for 1 s, stop, teleport, and drive for 1.5 s toward a wall 1 s away."""
+    """Simulate a 1 s drive, a stop, a teleport, and a 1.5 s drive toward a wall 1 s away."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
