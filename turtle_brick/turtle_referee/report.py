@@ -127,8 +127,8 @@ def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> Non
     print('', *(f'{one.mark} {one.name}: {result(one)}' for one in rows if one.mark != MET),
           tally(one.mark for one in judgments), sep='\n')
     if about['overload']:
-        print(f'{about["overload"]}, so "0 {FAILED} failed" proves nothing: judge again on an '
-              'idle machine')
+        print(f'{about["overload"]}. These trials were not judged, so "0 {FAILED} failed" proves '
+              'little. Judge again on an idle machine.')
 
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:

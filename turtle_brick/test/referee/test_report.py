@@ -75,7 +75,8 @@ def test_the_terminal_repeats_what_is_not_met(capsys):
         f'{FAILED} b: {"-" * 300}', f'{FAILED} d, d 2: may follow from: b',
         f'{OPEN} c: {JUDGMENTS[2].measured}', f'{OPEN} e, e 2: no data',
         '1 ✔ met, 3 ✗ failed, 3 – open',
-        f'{OVERLOADED}, so "0 ✗ failed" proves nothing: judge again on an idle machine']
+        f'{OVERLOADED}. These trials were not judged, so "0 ✗ failed" proves little. Judge again '
+        'on an idle machine.']
 
 
 @pytest.fixture
