@@ -65,6 +65,14 @@ def _reset(context, launch_configurations={}):
         for name, value in launch_configurations.items()}
 
 
+def _unset_configuration(context, name):
+    context.launch_configurations.pop(perform(context, name), None)
+
+
+def _unset_variable(context, name):
+    context.environment.pop(perform(context, name), None)
+
+
 def _pop_configurations(context):
     context.launch_configurations = context.saved_configurations.pop()
 
@@ -82,9 +90,7 @@ OpaqueFunction = action(
 SetLaunchConfiguration = action(
     'SetLaunchConfiguration', lambda context, name, value: context.launch_configurations.update(
         {perform(context, name): perform(context, value)}))
-UnsetLaunchConfiguration = action(
-    'UnsetLaunchConfiguration', lambda context, name: context.launch_configurations.pop(
-        perform(context, name), None) and None)
+UnsetLaunchConfiguration = action('UnsetLaunchConfiguration', _unset_configuration)
 ResetLaunchConfigurations = action('ResetLaunchConfigurations', _reset)
 PushLaunchConfigurations = action(
     'PushLaunchConfigurations', lambda context: context.saved_configurations.append(
@@ -93,9 +99,7 @@ PopLaunchConfigurations = action('PopLaunchConfigurations', _pop_configurations)
 SetEnvironmentVariable = action(
     'SetEnvironmentVariable', lambda context, name, value: context.environment.update(
         {perform(context, name): perform(context, value)}))
-UnsetEnvironmentVariable = action(
-    'UnsetEnvironmentVariable', lambda context, name: context.environment.pop(
-        perform(context, name), None) and None)
+UnsetEnvironmentVariable = action('UnsetEnvironmentVariable', _unset_variable)
 AppendEnvironmentVariable = action('AppendEnvironmentVariable', _append)
 ResetEnvironment = action('ResetEnvironment', lambda context: context.set_environment(
     context.initial_environment))
