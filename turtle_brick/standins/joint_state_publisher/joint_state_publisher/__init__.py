@@ -16,9 +16,9 @@ The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 
 Publishes: joint_states (sensor_msgs/JointState), at the rate set by the `rate` parameter.
 Subscribes: robot_description (std_msgs/String, latched).
-Parameters: rate (integer, 10 Hz), zeros.JOINT (double).
+Parameters: rate (integer, default: 10 Hz), zeros.<joint> (double, zero position in rad or m).
 Positions of mimic joints are not published, because robot_state_publisher computes them.
-joint_state_publisher_gui serves a page on 127.0.0.1 instead of opening a window.
+joint_state_publisher_gui serves a web page on 127.0.0.1 instead of opening a window.
 """
 
 from collections.abc import Callable
@@ -40,10 +40,10 @@ LEFT_OUT = ('delta', 'dependent_joints', 'publish_default_efforts', 'publish_def
 
 
 class JointStatePublisher(Node):
-    """Publishes the positions of all joints."""
+    """Publishes the positions of the joints in the robot description."""
 
     def __init__(self) -> None:
-        """Read the parameters, and create the publisher and the subscription."""
+        """Read the parameters, create the publisher and subscribe to the robot description."""
         super().__init__('joint_state_publisher',
                          automatically_declare_parameters_from_overrides=True)
         for name in LEFT_OUT:
@@ -64,7 +64,7 @@ class JointStatePublisher(Node):
         self.create_timer(1.0 / rate, self.publish)
 
     def configure(self, description: String) -> None:
-        """Read the joints from a robot description."""
+        """Read the limits and zero positions of the joints from a robot description."""
         try:
             robot = ElementTree.fromstring(description.data.encode())
         except ElementTree.ParseError:
@@ -89,7 +89,7 @@ class JointStatePublisher(Node):
         self.positions = {name: zero for name, (_, _, zero) in self.limits.items()}
 
     def publish(self) -> None:
-        """Publish the positions of all joints."""
+        """Publish the positions of all known joints in one message."""
         message = JointState(name=list(self.positions), position=[
             float(position) for position in self.positions.values()])
         message.header.stamp = self.get_clock().now().to_msg()
@@ -100,18 +100,18 @@ class Gui(JointStatePublisher):
     """Publishes joint positions that the user sets with sliders on a web page."""
 
     def __init__(self) -> None:
-        from joint_state_publisher.server import PageServer  # This module is slow to import.
+        from joint_state_publisher.server import PageServer  # This import is slow.
         self.server = PageServer('127.0.0.1', 8081, 'Joint State Publisher')
         super().__init__()
         print(f'Joint State Publisher: {self.server.url}', file=sys.stderr, flush=True)
 
     def configure(self, description: String) -> None:
-        """Read the joints and create a slider for each joint."""
+        """Read the joints from a robot description and create a slider for each joint."""
         super().configure(description)
         self.server.update(self.create_sliders)
 
     def create_sliders(self) -> None:
-        """Create two buttons, and one slider per joint."""
+        """Create the Randomize and Center buttons, and one slider for each joint."""
         gui = self.server.viser.gui
         gui.reset()
         gui.add_button('Randomize').on_click(lambda _: self.move(
@@ -126,7 +126,7 @@ class Gui(JointStatePublisher):
                 {name: event.target.value}))
 
     def move(self, choose: Callable[[float, float, float], float]) -> None:
-        """Set each joint to the position that a function chooses from the limits of the joint."""
+        """Set each joint to the position that `choose` returns for its limits and its zero."""
         def update() -> None:
             for name, limits in self.limits.items():
                 self.sliders[name].value = self.positions[name] = choose(*limits)

@@ -34,7 +34,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGQUIT, signal.SIGHUP)
 
 
 class LaunchDescription:
-    """A list of entities, mostly actions, executed in order."""
+    """A list of entities, usually actions, that a launch executes in order."""
 
     condition = task = None
 
@@ -48,7 +48,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all arguments, even those in included files, and whether each one is required."""
+        """Return all launch arguments, even in included files, and whether each is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -61,7 +61,7 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return all arguments, even those in included files, without duplicate names."""
+        """Return all launch arguments, even those in included files, without duplicate names."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -69,11 +69,11 @@ class LaunchDescription:
 
 
 class InvalidLaunchFileError(Exception):
-    """A launch file cannot be loaded."""
+    """Raised when a launch file cannot be loaded."""
 
 
 class InvalidPythonLaunchFileError(InvalidLaunchFileError):
-    """A Python launch file does not define generate_launch_description."""
+    """Raised when a Python launch file does not define generate_launch_description()."""
 
 
 def get_launch_description_from_python_launch_file(path):
@@ -113,11 +113,11 @@ class LaunchDescriptionSource:
         return get_launch_description_from_any_launch_file(self.location)
 
     def try_get_launch_description_without_context(self):
-        with suppress(Exception):  # The path may depend on launch configurations.
+        with suppress(Exception):  # The path may depend on unset launch configurations.
             return self.get_launch_description(LaunchContext())
 
 
-# The file name suffix selects the parser.
+# Every one of these classes selects the parser by the suffix of the launch file.
 AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
 XMLLaunchDescriptionSource = YAMLLaunchDescriptionSource = LaunchDescriptionSource
 FrontendLaunchDescriptionSource = LaunchDescriptionSource
@@ -152,7 +152,7 @@ actions.IncludeLaunchDescription = IncludeLaunchDescription
 
 
 class LaunchContext:
-    """The configurations, environment variables and processes of a launch."""
+    """The state of a launch: launch configurations, environment variables and processes."""
 
     def __init__(self, *, argv=None, noninteractive=False):
         self.launch_configurations = {}
@@ -180,12 +180,12 @@ class LaunchContext:
         return self.shutting_down.is_set()
 
     def create_task(self, coroutine):
-        """Start a task. The launch runs until all tasks have ended."""
+        """Start a coroutine as a task. A launch does not end until all its tasks have ended."""
         self.tasks.append(asyncio.ensure_future(coroutine))
         return self.tasks[-1]
 
     def emit(self, kind, **details):
-        """Execute the reactions of all handlers to an event."""
+        """Emit an event by executing the reactions of all event handlers that match it."""
         event = SimpleNamespace(**{'kind': kind, 'action': None, **details})
         for handler in list(self.handlers):
             if handler.matches(event):
@@ -198,7 +198,7 @@ class LaunchContext:
                 self.locals.event = outer
 
     def visit(self, entity):
-        """Execute an entity and the entities that it returns, unless its condition is false."""
+        """Execute an entity and the entities that it returns if the entity's condition is true."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
@@ -206,13 +206,13 @@ class LaunchContext:
                 self.create_task(self.emit_after(entity.task, 'on_completion', action=entity))
 
     async def emit_after(self, task, kind, **details):
-        """Wait until a task has ended, if there is one, and emit an event."""
+        """Emit an event after a given task, if any, has ended."""
         if task:
             await asyncio.wait([task])
         self.emit(kind, **details)
 
     async def pause(self, seconds):
-        """Wait until a given duration (s) has passed or the launch ends."""
+        """Wait until a given duration (s) has passed or the launch begins to shut down."""
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self.shutting_down.wait(), seconds)
 
@@ -227,7 +227,7 @@ class LaunchContext:
 
 
 class LaunchService:
-    """Starts and stops the processes in launch descriptions."""
+    """Executes launch descriptions and manages the processes that they start."""
 
     def __init__(self, *, argv=None, noninteractive=False, debug=False):
         self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
@@ -245,7 +245,7 @@ class LaunchService:
                 self.context.shutdown, 'LaunchService.shutdown() called')
 
     def run(self, *, shutdown_when_idle=True):
-        """Run in the main thread until all processes have exited, and return the exit code."""
+        """Run the launch in the main thread until its processes have exited. Return its status."""
         status = asyncio.run(self.run_async(shutdown_when_idle))
         number = self.context.signal
         if number != signal.SIGINT:
@@ -254,7 +254,7 @@ class LaunchService:
         return status
 
     async def run_async(self, shutdown_when_idle=True):
-        """Run the launch description until all processes have exited, and return the exit code."""
+        """Run the launch until all its processes have exited, and return its exit status."""
         context, self._loop = self.context, asyncio.get_running_loop()
         self._loop.set_exception_handler(lambda _, details: self._fail(
             details.get('exception') or details['message']))
@@ -272,7 +272,7 @@ class LaunchService:
             for description in self._descriptions:
                 context.visit(description)
         except Exception as error:
-            if not signals:  # A signal also ends the process of a Command substitution.
+            if not signals:  # A signal may cause an error in a Command substitution.
                 self._fail(error)
         await asyncio.sleep(0)  # handle pending signals
         while context.tasks or not context.is_shutdown:

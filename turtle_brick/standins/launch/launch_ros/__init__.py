@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The stand-in for launch_ros 0.26.12: nodes, their parameters, remappings and namespaces."""
+"""The stand-in for launch_ros 0.26.12: nodes with parameters, remappings and namespaces."""
 
 from functools import partial
 import os
@@ -49,7 +49,7 @@ def _find_executable(context, executable, package):
 
 
 class FindPackage(Substitution):
-    """Finds a directory of a package with find(), which subclasses define."""
+    """Base class of substitutions that use find() to return a directory of a package."""
 
     def do(self, context, package):
         return self.find(perform(context, package))
@@ -73,7 +73,7 @@ ExecutableInPackage = substitution(
 
 
 class ParameterValue:
-    """A parameter value. A string is converted to the type `value_type`."""
+    """A parameter value. A string value is converted to the type given as `value_type`."""
 
     def __init__(self, value, *, value_type=None):
         self.value = [value] if isinstance(value, Substitution) else value
@@ -137,7 +137,7 @@ def evaluate_dict(context, parameters, prefix=''):
 
 
 def join_namespaces(base, namespace):
-    """Join two optional namespaces. An absolute namespace replaces the base."""
+    """Append a namespace to a base namespace, or return the namespace alone if it is absolute."""
     from rclpy.validate_namespace import validate_namespace
     if base is None or namespace and namespace.startswith('/'):
         base = ''
@@ -147,7 +147,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in the real launch_ros, leaving a group does not undo additions to an existing list.
+    # As in the real launch_ros, values added to an existing list remain after a group ends.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 
@@ -227,7 +227,7 @@ class Node(ExecuteProcess):
 
 
 def parameter(element):
-    """Return a node parameter as a dictionary, or the parameter file."""
+    """Convert a `param` element to a dictionary of parameters or to a ParameterFile."""
     if 'from' in element.attrib:
         return ParameterFile(attributes(element, ['src'])['src'])
     if 'name' not in element.attrib:
@@ -259,7 +259,7 @@ def parameter(element):
 
 
 def parameter_value(value, kind, convert):
-    """Return a value in a launch file as a list of substitutions or as a converted value."""
+    """Convert the value of a `param` element, or return its substitutions if it has any."""
     parts = substitute(value) if isinstance(value, str) else ()
     if all(isinstance(part, TextSubstitution) for part in parts):
         return convert(perform(None, parts), kind) if parts else value
@@ -267,7 +267,7 @@ def parameter_value(value, kind, convert):
 
 
 def node_options(element, inner):
-    """Remove the nested elements of a node, and return them as arguments of the action."""
+    """Remove the elements nested in a `node` element, and return them as arguments of Node."""
     options = {'parameters': [parameter(each) for each in inner if each.tag == 'param']}
     inner[:] = [each for each in inner if each.tag != 'param']
     remappings = map(tuple, take(inner, 'remap', 'src', 'dst'))

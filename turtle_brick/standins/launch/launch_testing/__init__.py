@@ -38,7 +38,7 @@ ReadyToTest = action('ReadyToTest', lambda context: context.emit('on_ready'))
 
 
 def post_shutdown_test():
-    """Return a decorator for a test class that runs after all processes have exited."""
+    """Return a decorator for test classes that run after all processes have exited."""
     def mark(test_class):
         test_class.after_shutdown = True
         return test_class
@@ -46,13 +46,13 @@ def post_shutdown_test():
 
 
 def keep_alive(test_description):
-    """Mark a test description whose launch continues after all processes have exited."""
+    """Mark a test description so that its launch continues after all processes have exited."""
     test_description.keep_alive = True
     return test_description
 
 
 class Record(list):
-    """The output events of a process, with its name and its exit code."""
+    """The output events, the name and the exit code of a process."""
 
     returncode = None
 
@@ -61,7 +61,7 @@ class Record(list):
         self.action, self.process_name = action, action.name
 
     def written_to(self, *streams):
-        """Return the output on the given streams."""
+        """Return the output that the process wrote to the given streams."""
         return b''.join(event.text for event in self if event.kind[3:] in streams)
 
     @property
@@ -70,7 +70,7 @@ class Record(list):
 
 
 class Processes:
-    """Process exit codes and outputs, which tests receive as proc_info and proc_output."""
+    """The exit codes and output of processes, available to tests as proc_info and proc_output."""
 
     handle_once = False
 
@@ -106,7 +106,7 @@ class Processes:
         return [each.process_name for each in self]
 
     def select(self, process=None):
-        """Return the records that match an action or part of a process name (default: all)."""
+        """Return the records that match an action or part of a process name, or all records."""
         found = [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
         if not found or len(found) > 1 and process is not None:
@@ -142,7 +142,7 @@ class Processes:
 
 
 class NoMatchingProcessException(Exception):
-    """No process, or more than one, matches a name."""
+    """Raised when no process, or more than one process, matches a name."""
 
 
 def assertExitCodes(proc_info, allowable_exit_codes=(EXIT_OK,), process=None):
@@ -162,7 +162,7 @@ assertInStderr = functools.partial(assertInStream, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return the test suites to run before and after the shutdown."""
+    """Return two test suites, which run before and after the shutdown of the launch."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:
@@ -180,7 +180,7 @@ def has_ready_to_test(entity):
 
 
 def run(module, arguments=(), debug=False):
-    """Run the launch tests in a module and return the name and text of each failure."""
+    """Run the launch tests in a module, and return the test name and text of each failure."""
     unexpected = list(inspect.signature(module.generate_test_description).parameters)
     if unexpected:
         raise Exception(
@@ -263,7 +263,7 @@ def pytest_configure(config):
 
 
 def pytest_pycollect_makemodule(module_path, parent):
-    """Collect a module as one test if generate_test_description has one of the marks."""
+    """Collect a module as one test if generate_test_description has a launch test mark."""
     if not any(mark.encode() in module_path.read_bytes() for mark in MARKS):
         return None
     module = pytest.Module.from_parent(parent, path=module_path)
@@ -277,7 +277,7 @@ def pytest_pycollect_makemodule(module_path, parent):
 
 
 class LaunchTestFile(pytest.Module):
-    """A file with a single launch test."""
+    """A module that pytest collects as a single launch test."""
 
     def collect(self):
         return [LaunchTest.from_parent(self, name=self.path.stem)]

@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Read the joints of a robot from a URDF with the rules of urdfdom 4.0.2.
+Read the joints of a robot from a URDF, following the rules of urdfdom 4.0.2.
 
-An invalid joint, a duplicate name or a second root link is an error. Anything else that is
-invalid in a link or a material only causes a warning, because no transform depends on it.
+An invalid joint, a duplicate name or a second root link is an error. Other invalid parts of
+links and materials cause only a warning, because no transform depends on them.
 """
 
 from collections.abc import Callable, Iterable
@@ -34,11 +34,11 @@ Warn = Callable[[str], None]
 ROTATING = ('continuous', 'revolute')
 MOVING = (*ROTATING, 'prismatic')
 FIXED = ('fixed', 'planar')
-"""Joint types. A planar joint does not move, as in the real robot_state_publisher."""
+"""Joint types. A planar joint is treated as fixed, as in the real robot_state_publisher."""
 
 ATTRIBUTES: dict[str, dict[str, str]] = yaml.safe_load(
     Path(__file__).with_name('attributes.yaml').read_text(encoding='utf-8'))
-"""Kind of each attribute of each element: a text, a number or a vector, which may be required."""
+"""Type of each attribute of each element: text, number or vector, and `required` if mandatory."""
 
 JOINT_PARTS = ('origin', 'axis', 'limit', 'safety_controller', 'calibration', 'mimic', 'dynamics')
 NUMBER = re.compile(r'\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?', re.ASCII)
@@ -55,10 +55,10 @@ class Joint(NamedTuple):
     axis: tuple[float, float, float]
     mimicked: str  # Joint to mimic, or empty.
     multiplier: float
-    offset: float  # Position (rad or m) for position 0 of the mimicked joint.
+    offset: float  # Position (rad or m) when the mimicked joint is at position 0.
 
     def pose(self, position: float) -> Transform:
-        """Return where the child link is in the parent link (m) at a position (rad or m)."""
+        """Return the pose of the child link in the parent link (m) at a position (rad or m)."""
         motion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
         if self.kind in ROTATING:
             motion = turn(self.axis, position)
@@ -74,7 +74,7 @@ def turn(axis: Iterable[float], angle: float) -> Transform:
 
 
 def numbers(element: Element, name: str, count: int, default: str = '') -> tuple[float, ...]:
-    """Return the numbers in an attribute, or raise ValueError if they are invalid."""
+    """Return the numbers in an attribute, or raise a ValueError if the attribute is invalid."""
     text = element.get(name, default)
     parts = [part for part in text.split(' ') if part] if count > 1 else [text]
     for part in parts:
@@ -87,7 +87,7 @@ def numbers(element: Element, name: str, count: int, default: str = '') -> tuple
 
 
 def check(element: Element) -> None:
-    """Raise a ValueError if an element has a missing or invalid attribute."""
+    """Raise a ValueError if an attribute of an element is missing or invalid."""
     for name, kind in ATTRIBUTES[element.tag].items():
         if name not in element.attrib:
             if 'required' in kind:
@@ -97,12 +97,12 @@ def check(element: Element) -> None:
 
 
 def read_joint(element: Element) -> Joint:
-    """Return a joint, or raise a ValueError that describes an invalid attribute."""
+    """Return the joint defined by an element, or raise a ValueError if it is invalid."""
     check(element)
     kind = element.get('type')
     if kind not in (*MOVING, *FIXED, 'floating'):
         raise ValueError(f'the type {kind!r} is unknown')
-    # Of several parts with the same tag, the first one counts.
+    # If several parts have the same tag, only the first part is used.
     parts = {part.tag: part for part in reversed(element)}
     if kind in ('fixed', 'floating'):
         parts.pop('axis', None)
@@ -117,7 +117,7 @@ def read_joint(element: Element) -> Joint:
         parts.get(tag, Element(tag)) for tag in ('origin', 'parent', 'child', 'mimic'))
     axis = numbers(parts['axis'], 'xyz', 3, '0 0 0') if 'axis' in parts else (1.0, 0.0, 0.0)
     translation = numbers(origin, 'xyz', 3, '0 0 0')
-    if kind in MOVING and not any(axis):  # The real robot_state_publisher divides by zero.
+    if kind in MOVING and not any(axis):  # The real node divides by the zero length of the axis.
         axis = translation = (nan, nan, nan)
     roll, pitch, yaw = numbers(origin, 'rpy', 3, '0 0 0')
     pose: Transform = (*translation, 0.0, 0.0, 0.0, 1.0)
@@ -139,7 +139,7 @@ def check_link(link: Element) -> None:
 
 
 def is_defined(material: Element) -> bool:
-    """Return whether a material has a texture or a color with numbers from 0 to 1."""
+    """Return whether a material has a texture, or a color whose components are from 0 to 1."""
     color = material.find('color[@rgba]')
     if color is not None and all(NUMBER.fullmatch(part) and 0.0 <= float(part) <= 1.0
                                  for part in color.get('rgba').split(' ') if part):
@@ -148,7 +148,7 @@ def is_defined(material: Element) -> bool:
 
 
 def by_name(elements: Iterable[Element]) -> dict[str, Element]:
-    """Return elements keyed by name, or raise a ValueError for a duplicate name."""
+    """Return a dictionary of elements by name, or raise a ValueError for a duplicate name."""
     found: dict[str, Element] = {}
     for element in elements:
         name = element.get('name', '')
@@ -159,12 +159,12 @@ def by_name(elements: Iterable[Element]) -> dict[str, Element]:
 
 
 def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[Joint]]:
-    """Return the root link and the joints in the tree, or raise a ValueError without a tree."""
+    """Return the root link and the joints of the tree, or raise a ValueError for a non-tree."""
     for joint in joints:
         for end in (joint.parent, joint.child):
             if end not in links or not end:
                 raise ValueError(f'joint [{joint.name}]: link [{end}] does not exist')
-    # If several joints have the same child, the last one counts.
+    # If several joints have the same child link, only the last joint is in the tree.
     parents = {joint.child: joint for joint in joints}
     roots = [name for name in sorted(links) if name not in parents]
     if len(roots) != 1:
@@ -218,6 +218,6 @@ def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
     for joint in tree:
         if joint.kind in ('planar', 'floating'):
             warn(f'joint [{joint.name}] does not move: the type {joint.kind!r} is unsupported')
-    # Joints outside the tree are not published, like floating joints.
+    # Like floating joints, joints outside the tree are not published.
     return {name: joint if joint in tree else joint._replace(kind='floating')
             for name, joint in joints.items()}

@@ -85,7 +85,7 @@ class RobotStatePublisher(Node):
         self.get_logger().info('Robot initialized')
 
     def joint_states_callback(self, state: JointState) -> None:
-        """Publish the transforms of moving joints, unless the last message was too recent."""
+        """Publish the transforms of moving joints, limited to the rate `publish_frequency`."""
         if len(state.name) != len(state.position):
             self.get_logger().error(
                 'Robot state publisher ignored an invalid JointState message with '
@@ -96,10 +96,10 @@ class RobotStatePublisher(Node):
                 for joint, index, factor, offset in self._find_sources(state.name)]))
 
     def _is_due(self, state: JointState) -> bool:
-        """Return whether to publish transforms for a state, and if so, record its timestamp."""
+        """Return whether to publish transforms for a state, and if so, record the state's time."""
         now = self.get_clock().now().nanoseconds
         stamp = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec
-        # The interval is a whole number of milliseconds, as in the real node.
+        # As in the real node, the minimum interval is a whole number of milliseconds.
         interval = int(1000.0 / self._frequency) * 1_000_000 if self._frequency else 0
         last = min([self._published.get(name, 0) for name in state.name], default=now)
         if stamp < min(now, last) + interval and not self._ignore_stamp:
@@ -109,7 +109,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
-        """Return (joint, i, m, b) for each joint, where m * positions[i] + b is the position."""
+        """Return (joint, i, m, b) for each joint, whose position is m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))

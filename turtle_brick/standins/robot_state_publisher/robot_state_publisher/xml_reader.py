@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Read XML with the rules of tinyxml2, the XML parser of urdfdom.
+Read XML following the rules of tinyxml2, the XML parser that urdfdom uses.
 
 Unlike Python's parser, tinyxml2 keeps line breaks and tabs in attributes, accepts undeclared
-prefixes, and does not expand entities that the text defines.
+namespace prefixes, and does not expand entities that the document defines.
 """
 
 from html import unescape
@@ -30,13 +30,13 @@ NODE = re.compile(rf"""\s*(?:
       (?(end)|(?P<empty>/)?)>
     | [^<\s][^<]*(?=<)
     )""", re.ASCII | re.DOTALL | re.VERBOSE)
-"""A declaration, a comment, character data, a document type, a tag, or text before a tag."""
+"""Matches a declaration, comment, CDATA section, document type, tag, or text before a tag."""
 
 REFERENCE = re.compile(r'&(#\d{1,6}|#x[\da-fA-F]{1,5}|quot|amp|apos|lt|gt);')
 
 
 def parse_xml(text: str) -> Element:
-    """Return an element that contains the top-level elements of a text, or raise ValueError."""
+    """Return an element that contains the top-level elements in an XML document."""
     text, position, may_declare = text.strip().removeprefix('\ufeff'), 0, True
     open_elements = [Element('document')]
     while position < len(text):
@@ -47,7 +47,7 @@ def parse_xml(text: str) -> Element:
         may_declare = may_declare and node['declaration'] is not None
         if node['end']:
             if len(open_elements) == 1:
-                break  # tinyxml2 ignores the rest of the text.
+                break  # tinyxml2 ignores everything after an unexpected end tag.
             if open_elements.pop().tag != node['name']:
                 raise ValueError(f'invalid XML: <{element.tag}> ends with </{node["name"]}>')
         elif node['name']:

@@ -31,7 +31,7 @@ import yaml
 
 
 def positive(text):
-    """Convert an argument to a positive number."""
+    """Convert an argument to a number, which must be positive."""
     if not float(text) > 0.0:
         raise argparse.ArgumentTypeError('Value must be positive')
     return float(text)
@@ -63,7 +63,7 @@ def add_arguments(parser, arguments):
 
 
 def add_commands(parser, prefix, typed, table):
-    """Add the commands with a given prefix and the entered command's arguments to a parser."""
+    """Add commands with a given prefix to a parser, with arguments only for the typed command."""
     commands = {name[len(prefix):]: text for name, text in table['words'].items()
                 if name.startswith(prefix) and ' ' not in name[len(prefix):]}
     width = max(len(name) for name, text in commands.items() if text)
@@ -86,7 +86,7 @@ def add_command(parser, command, typed, table):
     add_arguments(parser, table['arguments'].get(command, ()))
     for module, commands in table['modules'].items():
         if command in commands:
-            # Import only this module because `ros2 run` starts faster without rclpy.
+            # Import only this command's module because `ros2 run` starts faster without rclpy.
             parser.set_defaults(function=getattr(import_module(f'ros2cli.{module}'),
                                                  command.replace(' ', '_').strip('_')))
             return
@@ -94,7 +94,7 @@ def add_command(parser, command, typed, table):
 
 
 def parse(argv):
-    """Return the parsed command line with a `function` attribute that runs the verb."""
+    """Return the parsed arguments, which include a `function` attribute that runs the verb."""
     text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
     table = yaml.load(text, Loader=yaml.CSafeLoader)
     parser = argparse.ArgumentParser(
@@ -115,7 +115,7 @@ def parse(argv):
 
 
 def complete(verbs, action, parsed_args, **_):
-    """Return the possible values of an argument from the output of another verb."""
+    """Return the completions of an argument, which another verb prints as its output."""
     os.environ.pop('_ARGCOMPLETE', None)
     with redirect_stdout(StringIO()) as output:
         if action.dest in verbs:
@@ -127,7 +127,7 @@ def complete(verbs, action, parsed_args, **_):
 
 
 def leave_graph(status):
-    """Leave the graph if a command has joined it."""
+    """Leave the ROS graph if a command has joined it."""
     if 'ros2cli.graph' in sys.modules:
         sys.modules['ros2cli.graph'].leave(status)
 

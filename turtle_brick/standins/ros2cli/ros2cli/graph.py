@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""The verbs that list and describe the graph, and the node that verbs use to join the graph."""
+"""The verbs that describe the ROS graph, and the node that all verbs use to join the graph."""
 
 import contextlib
 import ctypes
@@ -34,11 +34,11 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 import yaml
 
 SPIN_TIME = 0.02
-"""Maximum duration (s) of a spin. Signals and conditions are checked after each spin."""
+"""Maximum duration (s) of a spin. Signals and conditions are checked after every spin."""
 
 KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 """
-Numbers of spins. On a busy machine, each spin takes longer, so the timeouts also become longer.
+Limits for discovery in spins. On a busy machine, each spin and thus each limit takes longer.
 
 Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
 graph is known if it is complete and has not changed for KNOWN spins. FOUND spins are sufficient if
@@ -52,22 +52,22 @@ SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service and for the service response."""
 
 LEAVE_TIMEOUT = 10
-"""Timeout (s) for leaving the graph, required because Fast DDS blocked 1 in 700 times."""
+"""Timeout (s) for leaving the graph, required because Fast DDS blocked in 1 of 700 cases."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
-"""Names of the constants in rcl_interfaces/msg/ParameterType."""
+"""Names of parameter types, indexed by the constants in rcl_interfaces/msg/ParameterType."""
 
 
 joined: list['GraphNode'] = []
-"""The node of this command, which leave() destroys after the command has done its work."""
+"""The node of this command, if any, which leave() destroys after the command has run."""
 
 _signals: list[int] = []
-"""Received signals, recorded because rclpy may lose an exception raised in a signal handler."""
+"""Signal numbers, recorded because rclpy may lose an exception raised in a signal handler."""
 
 
 class GraphNode(Node):
-    """A command's node, which stops spinning after Ctrl-C or SIGTERM."""
+    """The node of a command, which stops spinning after Ctrl-C or SIGTERM."""
 
     def __init__(self, name):
         """Create the node, which is hidden unless a name is given."""
@@ -97,7 +97,7 @@ class GraphNode(Node):
             raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Discover the graph. Fewer spins are sufficient if found(self) is true."""
+        """Spin until the graph is discovered, which takes fewer spins if found(self) is true."""
         state, unchanged = None, 0
         for spins in range(LIMIT):
             previous, state = state, (
@@ -137,7 +137,7 @@ def is_complete(graph):
     try:
         return all(has_all_services(graph, *node)
                    for node in graph.get_node_names_and_namespaces())
-    except NodeNameNonExistentError:  # The node has left the graph.
+    except NodeNameNonExistentError:  # A node has left the graph in the meantime.
         return False
 
 
@@ -166,7 +166,7 @@ def open_graph(found=None, name=None, ros_args=()):
 
 
 def leave(status):
-    """Leave the graph. End this process with the given status if Fast DDS blocks."""
+    """Leave the graph, or end this process with a given status if Fast DDS blocks."""
     while joined:
         exit_after(LEAVE_TIMEOUT, status)
         joined.pop().destroy_node()
@@ -175,8 +175,8 @@ def leave(status):
 
 def exit_after(seconds, status):
     """End this process after a timeout (s), even if C++ code blocks all Python threads."""
-    libc, timer = ctypes.CDLL('librt.so.1'), ctypes.c_void_p()  # librt also loads libc
-    # struct sigevent: call _exit(status) in a new thread (SIGEV_THREAD = 2)
+    libc, timer = ctypes.CDLL('librt.so.1'), ctypes.c_void_p()  # Loading librt also loads libc.
+    # This struct sigevent calls _exit(status) in a new thread (SIGEV_THREAD = 2).
     event = (ctypes.c_int64 * 8)(status, 2 << 32, ctypes.cast(
         libc._exit, ctypes.c_void_p).value)
     libc.timer_create(CLOCK_MONOTONIC, event, ctypes.byref(timer))
@@ -185,13 +185,13 @@ def exit_after(seconds, status):
 
 
 def visible(names_and_types, hidden):
-    """Return a dictionary of types keyed by name, without hidden names unless `hidden` is true."""
+    """Return types keyed by name, and omit hidden names unless `hidden` is true."""
     return {name: types for name, types in names_and_types
             if hidden or not topic_or_service_is_hidden(name)}
 
 
 def node_list(args):
-    """Print the names of the nodes."""
+    """Print the names of all nodes in the graph."""
     with open_graph() as graph:
         names = graph.node_names(args.all)
     if args.count_nodes:
@@ -205,7 +205,7 @@ def node_list(args):
 
 def node_info(args):
     """Print the topics, services and actions of a node."""
-    from rclpy import action  # This module is slow to import and only used here.
+    from rclpy import action  # rclpy.action is slow to import and is used only here.
 
     def exists(graph):
         return args.node_name in graph.node_names(args.include_hidden)
@@ -242,7 +242,7 @@ def print_names(get_types, args):
 
 
 def action_types(graph, hidden):
-    from rclpy.action import get_action_names_and_types  # This module is slow to import.
+    from rclpy.action import get_action_names_and_types  # This import is slow.
     return dict(get_action_names_and_types(graph))
 
 
@@ -252,7 +252,7 @@ topic_find = topic_list = partial(print_names, GraphNode.topic_types)
 
 
 def print_type(get_types, option, args):
-    """Print the types of a topic or service, or return 1 if there are none."""
+    """Print the types of a topic or service, and return 1 if there are none."""
     name = getattr(args, option)
     with open_graph(lambda graph: name in get_types(graph)) as graph:
         types = get_types(graph, args.hidden).get(name, ())
@@ -266,7 +266,7 @@ topic_type = partial(print_type, GraphNode.topic_types, 'topic_name')
 
 
 def service_info(args):
-    """Print the type of a service and the number of its clients and servers."""
+    """Print the type of a service and the numbers of its clients and servers."""
     name = args.service_name
     with open_graph(lambda graph: name in graph.service_types()) as graph:
         types = graph.service_types().get(name)
@@ -360,7 +360,7 @@ def param_get(args):
 
 
 def param_dump(args):
-    """Print the parameters of a node as a parameter file."""
+    """Print the parameters of a node in the format of a parameter file."""
     tree = {}
     with parameter_services(args) as call:
         names = sorted(call('list_parameters').result.names)
@@ -372,7 +372,7 @@ def param_dump(args):
 
 
 def set_parameters(args, parameters, succeeded, failed):
-    """Set parameters and print the results."""
+    """Set parameters of the selected node and print the result for each parameter."""
     with parameter_services(args) as call:
         results = call('set_parameters', parameters=parameters).results
     for parameter, result in zip(parameters, results):
@@ -389,7 +389,7 @@ def param_set(args):
 
 
 def param_load(args):
-    """Set the parameters in a parameter file."""
+    """Set the parameters of a node to the values in a parameter file."""
     parameters = ros_parameter.parameter_dict_from_yaml_file(
         args.parameter_file, not args.no_use_wildcard)
     set_parameters(args, list(parameters.values()), 'Set parameter {} successful',

@@ -44,7 +44,7 @@ def interface(name, kind, problem):
 
 
 def read_values(args):
-    """Return the field values from the command line or from standard input."""
+    """Return the values of message fields from the command line or from standard input."""
     return yaml.safe_load(sys.stdin.read() if args.stdin else args.values)
 
 
@@ -97,7 +97,7 @@ yaml.add_representer(Fields, lambda dumper, fields: dumper.represent_mapping(
 
 
 def to_yaml(value, args, kind=None):
-    """Convert a message or a field to objects for YAML. Long values may be shortened."""
+    """Convert a message or a field to objects for yaml.dump(). Long values may be shortened."""
     if hasattr(value, 'SLOT_TYPES'):
         return Fields((name, to_yaml(getattr(value, name), args, kind))
                       for name, kind in value.get_fields_and_field_types().items())
@@ -126,7 +126,7 @@ def to_csv(value):
 
 
 def message_filter(text):
-    """Return a function that evaluates a Python expression (default: True) for a message `m`."""
+    """Return a function that evaluates a Python expression for a given message `m`."""
     def passes(m):
         try:
             return text is None or eval(text)
@@ -144,7 +144,7 @@ def topic_class(graph, topic):
 
 
 def qos_profile(args, publishers=()):
-    """Return the QoS from the options, or by default a QoS that matches all publishers."""
+    """Return the QoS profile from the options, or one that matches all publishers by default."""
     qos = ros_qos.QoSPresetProfiles.get_from_short_key(args.qos_profile)
     chosen = {name[len('qos_'):]: value for name, value in vars(args).items()
               if name.startswith('qos_') and name != 'qos_profile' and value is not None}
@@ -283,7 +283,7 @@ def spread(durations):
 
 
 def rate_report(samples, window, now, is_new):
-    """Return the average message rate, or an empty string if there are no new messages."""
+    """Return a line with the average message rate, which is empty without new messages."""
     if not is_new:
         return ''
     periods = [end - start for (start, _), (end, _) in pairwise(samples)]
@@ -291,7 +291,7 @@ def rate_report(samples, window, now, is_new):
 
 
 def delay_report(samples, window, now, is_new):
-    """Return the average delay between the timestamp and the reception of a message."""
+    """Return a line with the average delay from the timestamps of messages to their reception."""
     if not is_new:
         return 'no new messages'
     delays = [time - stamp for time, stamp in samples][1:]
@@ -299,7 +299,7 @@ def delay_report(samples, window, now, is_new):
 
 
 def bandwidth_report(samples, window, now, is_new):
-    """Return the data rate and sizes of the latest messages."""
+    """Return a report on the data rate and the sizes of the latest messages."""
     times, sizes = zip(*list(samples)[-window:])
     bandwidth = sum(sizes) / (now - times[0])
     if bandwidth < 1e3:
@@ -315,7 +315,7 @@ def bandwidth_report(samples, window, now, is_new):
 
 
 def header_stamp(message):
-    """Return the time (s) in the header of a message."""
+    """Return the timestamp (s) in the header of a message."""
     if not hasattr(message, 'header'):
         raise RuntimeError('msg does not have header')
     return Time.from_msg(message.header.stamp).nanoseconds * 1e-9

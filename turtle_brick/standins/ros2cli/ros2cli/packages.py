@@ -52,12 +52,12 @@ def pkg_launch_files(args):
 
 
 def pkg_list(args):
-    """Print the names of all packages."""
+    """Print the names of all installed packages."""
     print(*sorted(index.get_packages_with_prefixes()), sep='\n')
 
 
 def pkg_prefix(args):
-    """Print the installation prefix of a package."""
+    """Print the installation prefix or the share directory of a package."""
     find = index.get_package_share_directory if args.share else index.get_package_prefix
     try:
         print(find(args.package_name))
@@ -166,8 +166,8 @@ def run(args):
 
 
 def launch(args):
-    """Launch a file or print its arguments."""
-    # These modules are slow to import and only used here.
+    """Run a launch file, or print the arguments that it declares."""
+    # The launch modules are slow to import and are used only here.
     from launch import LaunchDescription, LaunchService
     from launch.actions import IncludeLaunchDescription
     from launch.launch_description_sources import AnyLaunchDescriptionSource
@@ -216,7 +216,7 @@ def show_arguments(path):
 
 
 def launch_file(package, name):
-    """Return the path of a file in a package's share directory or in one of its subfolders."""
+    """Return the path of a launch file in the share directory of a package or in a subfolder."""
     try:
         share = index.get_package_share_directory(package)
     except index.PackageNotFoundError as error:

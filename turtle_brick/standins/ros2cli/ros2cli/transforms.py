@@ -25,7 +25,7 @@ from tf_transformations import euler_from_quaternion, quaternion_from_euler, qua
 
 
 def describe(transform):
-    """Return a transform in all formats that tf2_echo prints."""
+    """Return the text that tf2_echo prints for a transform."""
     def joined(numbers):
         return ', '.join(f'{number:.3f}' for number in numbers)
 

@@ -14,8 +14,9 @@
 """
 The pure Python stand-in for the tf2_ros module from tf2_ros_py 0.36.4.
 
-This module contains the buffer, listener, broadcasters and exceptions. The listener runs in the
-executor of its node. The README for the stand-ins lists the missing features.
+This module contains the transform buffer, listener, broadcasters and exceptions. The callbacks
+of a listener run in the executor of its node. The README for the stand-ins lists the missing
+features.
 """
 
 from collections.abc import Iterable
@@ -40,18 +41,18 @@ __all__ = [
 ]
 
 for name in ('buffer', 'buffer_client', 'buffer_interface', 'static_transform_broadcaster',
-             'transform_broadcaster', 'transform_listener'):  # The real package has these modules.
+             'transform_broadcaster', 'transform_listener'):  # submodules of the real package
     sys.modules[f'{__name__}.{name}'] = globals()[name] = sys.modules[__name__]
 
 
 def missing(name: str) -> str:
-    """Return a sentence that explains why a name is missing."""
+    """Return an error message that explains why a name is missing from this stand-in."""
     return (f'{name} is not in the stand-in for tf2_ros: check its spelling, use another feature, '
             'or install the real ROS 2 Jazzy')
 
 
 def __getattr__(name: str) -> NoReturn:
-    """Raise an error that explains why a name is missing."""
+    """Raise an error that explains why a name is missing from this stand-in."""
     raise (ImportError if name[:1].isupper() else AttributeError)(missing(name))
 
 
@@ -62,7 +63,7 @@ class Buffer(BufferCore):
         """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
         super().__init__(cache_time)
         self._futures: dict[Future, tuple[str, str, AnyTime]] = {}
-        """Futures of wait_for_transform_async that have no result yet, and their arguments."""
+        """Unfinished futures from wait_for_transform_async, and the arguments of each call."""
 
     def __getattr__(self, name: str) -> NoReturn:
         raise AttributeError(missing(f'Buffer.{name}'))
@@ -83,7 +84,7 @@ class Buffer(BufferCore):
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
                       ) -> bool | tuple[bool, str]:
-        """Return whether a transform is available before the timeout, optionally with a reason."""
+        """Return whether a transform becomes available in time, optionally with an explanation."""
         def answer() -> tuple[bool, str]:
             return self.can_transform_core(target_frame, source_frame, time)
 
@@ -97,7 +98,7 @@ class Buffer(BufferCore):
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
                                  ) -> Future:
-        """Return a future whose result is the transform as soon as it is available."""
+        """Return a future that is done, with the transform as its result, once it is available."""
         future = Future()
         with self._changed:
             self._futures[future] = target_frame, source_frame, time
@@ -125,12 +126,12 @@ class TransformListener:
     def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
                  qos: QoSProfile | int | None = None, static_qos: QoSProfile | int | None = None
                  ) -> None:
-        """Create reliable subscriptions with depth 100 unless QoS profiles are given."""
+        """Create reliable subscriptions with a depth of 100, unless QoS profiles are given."""
         if spin_thread:
             raise TypeError(missing('spin_thread'))
         self.buffer = buffer
         self.node = node
-        # A reentrant group can receive transforms while another callback waits for them.
+        # A reentrant callback group receives transforms while another callback waits for them.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = node.create_subscription(
             TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),
@@ -164,7 +165,7 @@ class TransformBroadcaster:
     """A publisher of transforms on /tf."""
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create a publisher, which is reliable with a depth of 100 by default."""
+        """Create the publisher, which by default is reliable and has a depth of 100."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos or QoSProfile(depth=100))
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
@@ -176,12 +177,12 @@ class StaticTransformBroadcaster:
     """
     A latched publisher of transforms on /tf_static.
 
-    Every message contains all transforms sent so far, so that late subscribers receive them. A
-    child frame keeps its first transform, as in tf2_ros_py 0.36.4.
+    Every message contains all transforms sent so far, so that late subscribers receive them. Only
+    the first transform of each child frame is published, as in tf2_ros_py 0.36.4.
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create a publisher, which is reliable and latched with a depth of 1 by default."""
+        """Create the publisher, which by default is reliable and latched and has a depth of 1."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos or QoSProfile(
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.net_message = TFMessage()

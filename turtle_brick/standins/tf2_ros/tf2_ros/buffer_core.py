@@ -15,7 +15,8 @@
 Store transforms and compute the transform between any two frames.
 
 A cache stores the recent transforms of a frame as tuples (parent, x, y, z, qx, qy, qz, qw). A
-point p in the frame is at q p q* + (x, y, z) in the parent frame. Times are integers (ns).
+point p in the frame has the coordinates q p q* + (x, y, z) in the parent frame. Times are
+integers (ns).
 """
 
 from bisect import bisect_left, bisect_right
@@ -33,13 +34,13 @@ from rclpy.time import Time
 
 AnyTime = Time | TimeMsg
 Transform = tuple[float, float, float, float, float, float, float]
-"""A translation and a rotation: x, y, z, qx, qy, qz, qw."""
+"""A translation (x, y, z) in meters and a rotation as a quaternion (qx, qy, qz, qw)."""
 Rotation = tuple[float, float, float, float]
 Entry = tuple[str, float, float, float, float, float, float, float]
 
 _NS_PER_SECOND = 1_000_000_000
 _MAX_DEPTH = 1000
-"""Maximum number of frames on a path to the root. A longer path counts as a loop."""
+"""Maximum number of frames on a path to the root. A longer path is treated as a loop."""
 _IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -48,27 +49,27 @@ class TransformException(Exception):
 
 
 class ConnectivityException(TransformException):
-    """Two frames belong to different trees."""
+    """Raised when two frames belong to different trees."""
 
 
 class LookupException(TransformException):
-    """A frame does not exist, or the frames form a loop."""
+    """Raised when a frame does not exist, or when the frames form a loop."""
 
 
 class ExtrapolationException(TransformException):
-    """The time is outside the range of the stored transforms."""
+    """Raised when the requested time is outside the range of the stored transforms."""
 
 
 class InvalidArgumentException(TransformException):
-    """A frame name is empty or begins with a slash."""
+    """Raised when a frame name is empty or begins with a slash."""
 
 
 class TimeoutException(TransformException):
-    """A transform did not arrive in time."""
+    """Indicates that a transform did not arrive in time."""
 
 
 class NoDataError(Exception):
-    """The cache has no transform for the requested time. The message contains the reason."""
+    """Raised when a cache has no transform for the requested time. The message is the reason."""
 
 
 def display_time(time: int) -> str:
@@ -79,7 +80,7 @@ def display_time(time: int) -> str:
 
 def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
-    Return the unit quaternion of a rotation, with the same sign as in tf2.
+    Return a quaternion normalized to unit length, with the same sign as in tf2.
 
     w is positive if |w| > 1/2. Otherwise, the component with the largest magnitude is positive.
     """
@@ -118,11 +119,11 @@ class Cache:
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest time (ns) and parent frame, or (0, None) if the cache is empty."""
+        """Return the time (ns) and parent of the latest transform, or (0, None) without any."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
-        """Remove all transforms unless they are static."""
+        """Remove all transforms, unless the frame is static."""
         if not self.static:
             self._times.clear()
             self._entries.clear()
@@ -173,7 +174,7 @@ class Cache:
 
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
-    """Convert a time or a duration from rclpy or from a message to nanoseconds."""
+    """Convert a time or a duration, either an rclpy object or a message, to nanoseconds."""
     if hasattr(time, 'nanoseconds'):
         return time.nanoseconds
     if hasattr(time, 'nanosec'):
@@ -185,7 +186,7 @@ def compose(outer: Transform, inner: Transform) -> Transform:
     """Return the product of two transforms. The inner transform is applied first."""
     x, y, z, qx, qy, qz, qw = outer
     ix, iy, iz, px, py, pz, pw = inner
-    # The vector v rotated by (q, w) is v + 2 w (q x v) + 2 q x (q x v).
+    # The vector v rotated by the quaternion (q, w) is v + 2 w (q x v) + 2 q x (q x v).
     cx = 2.0 * (qy * iz - qz * iy)
     cy = 2.0 * (qz * ix - qx * iz)
     cz = 2.0 * (qx * iy - qy * ix)
@@ -219,14 +220,14 @@ class BufferCore:
         self._frames: dict[str, Cache | None] = {}
         """Transforms from each frame to its parent, or None for a frame without a parent."""
         self._changed = Condition()
-        """Condition notified when a transform is added. Its lock protects the frames."""
+        """Condition that is notified when a transform is added. Its lock protects the frames."""
 
     def set_transform(self, transform: TransformStamped, authority: str) -> None:
         """Add a transform, or log an error if the transform is invalid."""
         self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Add a transform valid at all times."""
+        """Add a static transform, which is valid at all times."""
         self._insert(transform, authority, True)
 
     def clear(self) -> None:
@@ -254,11 +255,11 @@ class BufferCore:
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: AnyTime
                               ) -> TransformStamped:
-        """Return the pose of the source frame in the target frame, or raise an exception."""
+        """Return the pose of the source frame in the target frame, or raise TransformException."""
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             if target_frame == source_frame:
-                # As in tf2, the frame need not exist.
+                # As in tf2, a lookup between equal frames does not require that they exist.
                 cache = self._frames.get(target_frame)
                 if nanoseconds == 0 and cache is not None:
                     nanoseconds, _ = cache.latest()
@@ -318,7 +319,7 @@ class BufferCore:
             'frame does not exist')
 
     def _check(self, argument: str, name: str) -> None:
-        """Raise the same exception as lookupTransform if a frame cannot be used."""
+        """Raise the same exception as lookupTransform in tf2 if a frame cannot be used."""
         problem = self._problem(name)
         if problem == 'frame does not exist':
             raise LookupException(
@@ -329,13 +330,13 @@ class BufferCore:
                 f'{problem}')
 
     def _between(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return the effective time (ns) and the pose of the source frame in the target frame."""
+        """Return the time of the lookup (ns) and the source frame's pose in the target frame."""
         if time == 0:
             time = self._latest_common_time(target, source)
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # Even if the path from the source has a gap, the paths may meet before the gap.
+        # Even if the path from the source has a gap, the two paths may meet before the gap.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
@@ -349,7 +350,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last reachable ancestor, the frame's pose in that ancestor, and any error."""
+        """Return the last reachable ancestor of a frame, the frame's pose in it, and any error."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -376,7 +377,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor of a frame and the latest common time (ns) up to that ancestor."""
+        """Yield each ancestor of a frame, and the latest time (ns) common to the path up to it."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

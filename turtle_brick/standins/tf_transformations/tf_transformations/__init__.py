@@ -12,11 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Conversions between rotations, based on transforms3d.
+Conversions between representations of rotations, based on transforms3d.
 
 Quaternions have the order x, y, z, w. Matrices are homogeneous 4 x 4 matrices. Angles are in
-radians, and `axes` is one of the 24 conventions of transforms3d (default: rotations about the
-static x, y and z axes).
+radians, and `axes` is one of the 24 Euler angle conventions of transforms3d (default: rotations
+about the static x, y and z axes).
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from transforms3d import affines, euler, quaternions
 
 
 def __getattr__(name: str) -> NoReturn:
-    """Raise an error that explains why a name is missing."""
+    """Raise an error that explains why a name is missing from this stand-in."""
     raise (AttributeError if name.startswith('__') else ImportError)(
         f'{name} is not in the stand-in for tf_transformations: check its spelling, use another '
         'function, or install the real ROS 2 Jazzy')
@@ -99,7 +99,7 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> numpy.n
 
 
 def translation_matrix(direction: Sequence[float]) -> numpy.ndarray:
-    """Return the matrix for a translation."""
+    """Return the homogeneous matrix for a translation."""
     return affines.compose(direction, numpy.identity(3), numpy.ones(3))
 
 

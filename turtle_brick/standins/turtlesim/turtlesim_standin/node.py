@@ -14,12 +14,12 @@
 """
 The stand-in for turtlesim_node from turtlesim 1.8.2, without a window.
 
-turtlesim_kinematics computes the motion and is tested against recordings.
+turtlesim_kinematics computes the motion and is tested against recordings of the real node.
 
-Publishes these topics for each turtle every 16 ms:
+Publishes this topic for each turtle every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
 
-Subscribes to these topics for each turtle:
+Subscribes to this topic for each turtle:
     <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity. A queue holds up to seven messages, and
         one message is applied every 16 ms.
 
@@ -36,7 +36,7 @@ Provides these other services:
 
 ROS parameters:
     holonomic (bool, false): whether turtles can move sideways
-    background_r, background_g, background_b (integer, 69, 86, 255): without effect
+    background_r, background_g, background_b (integer, 69, 86, 255): no effect
 """
 
 from collections.abc import Callable
@@ -72,8 +72,8 @@ class TurtleTopics:
     def __init__(self, node: Node, name: str, turtle: Turtle) -> None:
         self._node = node
         qos = QoSProfile(depth=QUEUE_DEPTH)
-        # Event callbacks are disabled because the EventsExecutor may crash when they are
-        # destroyed (https://github.com/ros2/rclpy/issues/1644).
+        # Event callbacks are disabled because destroying them may crash the EventsExecutor
+        # (https://github.com/ros2/rclpy/issues/1644).
         self._publisher = node.create_publisher(
             Pose, f'{name}/pose', qos,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
@@ -105,7 +105,7 @@ class TurtleSimNode(Node):
     """Turtlesim without a window. The module docstring lists the ROS API."""
 
     def __init__(self, **node_arguments: Any) -> None:
-        """Start with turtle1 in the center."""
+        """Start the simulation with turtle1 in the center."""
         super().__init__('turtlesim', **node_arguments)
         self.declare_parameter('holonomic', False, ParameterDescriptor(
             description='If true, then turtles will be holonomic'))
@@ -129,11 +129,11 @@ class TurtleSimNode(Node):
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now(self) -> float:
-        """Return the time (s) from the node's clock."""
+        """Return the current time (s) of the node's clock."""
         return self.get_clock().now().nanoseconds * 1e-9
 
     def _tick(self) -> None:
-        """Move all turtles by one time step and publish their poses."""
+        """Advance the simulation by one time step and publish the poses of all turtles."""
         for name, pose in self._sim.tick(self._now()).items():
             clamped = self._sim.turtles[name].clamped
             if clamped:

@@ -12,12 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The programs of turtlesim 1.8.2, by name.
+Stand-ins for the programs in turtlesim 1.8.2.
 
-mimic publishes the velocity in input/pose (turtlesim/msg/Pose) on output/cmd_vel.
-draw_square calls reset, and drives turtle1 along squares.
-turtle_teleop_key drives turtle1 with the arrow keys. Parameters: scale_linear (double, 2.0, m/s)
-and scale_angular (double, 2.0, rad/s).
+mimic publishes the velocity from input/pose (turtlesim/msg/Pose) on output/cmd_vel.
+draw_square calls the reset service and then drives turtle1 along squares.
+turtle_teleop_key drives turtle1 with the arrow keys. Its parameters are scale_linear (double,
+default: 2.0 m/s) and scale_angular (double, default: 2.0 rad/s).
 """
 
 from itertools import cycle, repeat
@@ -39,11 +39,11 @@ from turtlesim_standin.run_node import run_node
 from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH
 
 ARROWS = {b'A': (1.0, 0.0), b'B': (-1.0, 0.0), b'C': (0.0, -1.0), b'D': (0.0, 1.0)}
-"""Directions of the linear and the angular velocity for the last byte of each arrow key."""
+"""Signs of the linear and angular velocity, keyed by the last byte of an arrow key's code."""
 
 
 class Program(Node):
-    """A node that sends commands to a turtle."""
+    """A node that sends velocity commands to a turtle."""
 
     def __init__(self, name: str, topic: str = 'turtle1/cmd_vel') -> None:
         """Create the publisher of commands."""
@@ -51,7 +51,7 @@ class Program(Node):
         self._publisher = self.create_publisher(Twist, topic, QUEUE_DEPTH)
 
     def drive(self, linear: float, angular: float) -> None:
-        """Publish a velocity forward (m/s) and to the left (rad/s)."""
+        """Publish a forward velocity (m/s) and a counterclockwise angular velocity (rad/s)."""
         self._publisher.publish(Twist(linear=Vector3(x=linear), angular=Vector3(z=angular)))
 
 
@@ -66,10 +66,10 @@ class Mimic(Program):
 
 
 class DrawSquare(Program):
-    """Drives turtle1 along squares with sides of 2 m. turtlesim applies one command per pose."""
+    """Drives turtle1 along 2 m squares by publishing one command for each received pose."""
 
     def __init__(self) -> None:
-        """Create the client and the subscription."""
+        """Create a client for the reset service and subscribe to the pose of turtle1."""
         super().__init__('draw_square')
         self._client = self.create_client(Empty, 'reset')
         self._reset: Future | None = None
@@ -77,7 +77,7 @@ class DrawSquare(Program):
         self.create_subscription(Pose, 'turtle1/pose', self._on_pose, QUEUE_DEPTH)
 
     def _on_pose(self, _: Pose) -> None:
-        """Reset turtlesim once, and then publish the next command."""
+        """Reset turtlesim once, and then publish one command for each pose."""
         if self._reset is None and self._client.service_is_ready():
             self._reset = self._client.call_async(Empty.Request())
         if self._reset is not None and self._reset.done():
@@ -88,7 +88,7 @@ class TeleopKey(Program):
     """Drives turtle1 with the arrow keys until the user presses q."""
 
     def __init__(self) -> None:
-        """Read single keys from the terminal."""
+        """Set the terminal to pass on each key without waiting for Enter."""
         super().__init__('teleop_turtle')
         for name in ('scale_linear', 'scale_angular'):
             self.declare_parameter(name, 2.0)
@@ -100,7 +100,7 @@ class TeleopKey(Program):
         self.create_timer(0.02, self._on_timer)
 
     def _on_timer(self) -> None:
-        """Publish a command for each arrow key."""
+        """Publish a velocity command for each arrow key that the user has pressed."""
         while select([sys.stdin], [], [], 0.0)[0]:
             key = os.read(sys.stdin.fileno(), 1)
             if key in (b'q', b''):
@@ -113,7 +113,7 @@ class TeleopKey(Program):
                 self.get_logger().warning('this stand-in for turtlesim has no rotate_absolute')
 
     def destroy_node(self) -> None:
-        """Restore the terminal and destroy the node."""
+        """Restore the terminal settings and destroy the node."""
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._terminal)
         super().destroy_node()
 

@@ -31,10 +31,10 @@ __getattr__ = missing_name('launch')
 
 
 class Action(Deferred):
-    """An action that calls its `do` method if its condition is true."""
+    """The base class of all actions, which implement their effects in a `do` method."""
 
     actions = ()
-    task = None  # the task that completes the action, if execute() only starts it
+    task = None  # the task that completes the action if execute() only starts the action
     execute = Deferred.call
 
     def __init__(self, *args, condition=None, **kwargs):
@@ -47,7 +47,7 @@ class Action(Deferred):
 
 
 def action(name, function):
-    """Create an action class from a function that may return additional entities to execute."""
+    """Create an action class from a function, which may return additional entities to execute."""
     return type(name, (Action,), {'do': staticmethod(function)})
 
 
@@ -121,7 +121,7 @@ UnregisterEventHandler = action('UnregisterEventHandler', lambda context, event_
 # ------------------------------------------------------------------------- launch.event_handlers
 
 class EventHandler:
-    """Reacts to events with entities, or with a function that returns entities."""
+    """Reacts to events by executing given entities, or the entities that a function returns."""
 
     def __init__(self, *, target_action=None, handle_once=False, **reactions):
         self.target_action, self.handle_once = target_action, handle_once
@@ -131,13 +131,13 @@ class EventHandler:
                             f'{", ".join(reactions) or "neither"}')
 
     def matches(self, event):
-        """Return whether the handler reacts to an event."""
+        """Return whether this handler reacts to a given event."""
         target = self.target_action
         return event.kind in self.reactions and (
             target in (None, event.action) or callable(target) and target(event.action))
 
     def handle(self, event, context):
-        """Return the entities to execute after an event."""
+        """Return the entities to execute in reaction to an event."""
         reaction = self.reactions[event.kind]
         if not callable(reaction):
             return reaction
@@ -145,7 +145,7 @@ class EventHandler:
 
 
 def event_handler(name, *kinds):
-    """Create an event handler class for some kinds of events, named after its arguments."""
+    """Create an event handler class for the given kinds of events, such as 'on_exit'."""
     return type(name, (EventHandler,), {'kinds': kinds})
 
 
@@ -213,11 +213,11 @@ OUTPUTS = {
     'both': {'both': 'screen log'},
     'own_log': {'both': 'own_log', 'stdout': 'own_log', 'stderr': 'own_log'},
     'full': {'both': 'screen log own_log', 'stdout': 'own_log', 'stderr': 'own_log'}}
-"""Destinations of the lines on stdout, stderr and both for each value of `output`."""
+"""Output destinations for stdout, stderr and both streams, keyed by the value of `output`."""
 
 
 def destinations(output, process, stream):
-    """Return where a process writes the lines on stdout or stderr: 'screen' and file names."""
+    """Return the destinations of a process's stdout or stderr: 'screen' or log file names."""
     if not isinstance(output, dict) and output not in OUTPUTS:
         raise ValueError(f'{output} is not a valid standard output config i.e. "screen", "log" or '
                          '"both"')
@@ -242,7 +242,7 @@ class ExecuteProcess(Action):
            respawn_delay=None, respawn_max_retries=-1,
            sigterm_timeout=LaunchConfiguration('sigterm_timeout', default=5),
            sigkill_timeout=LaunchConfiguration('sigkill_timeout', default=5)):
-        """Expand the arguments, and start the process when the event loop resumes."""
+        """Expand the substitutions in the arguments, and schedule the start of the process."""
         def text(value):
             return None if value is None else perform(context, value)
 
@@ -270,7 +270,7 @@ class ExecuteProcess(Action):
             self.task = context.create_task(self._run())
 
     def emit(self, kind, **details):
-        """Emit an event of this process."""
+        """Emit an event with the details of this process."""
         self.context.emit(kind, **self.process_details, process_name=self.name, **details)
 
     async def _run(self):
@@ -312,7 +312,7 @@ class ExecuteProcess(Action):
             self.ended.set_result, self.popen.wait())).start()
         code = self.return_code = await self.ended
         for stream in streams:
-            for _ in range(20):  # A pipe holds at most 1 MiB, so 16 reads would be enough.
+            for _ in range(20):  # A pipe holds at most 1 MiB, so 16 reads of 64 KiB suffice.
                 stream.read()
         if code == 0:
             self.logger.info(f'process has finished cleanly [pid {pid}]')
@@ -325,7 +325,7 @@ class ExecuteProcess(Action):
         self.emit('on_exit', returncode=code)
 
     def end(self, number):
-        """Send SIGINT or SIGTERM, and then stronger signals until the process ends."""
+        """Send SIGINT or SIGTERM to the process, and then stronger signals until it ends."""
         if self.popen and self.popen.poll() is None:
             self.context.create_task(self._end(number))
 

@@ -45,14 +45,14 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the function arguments that attributes can set, and the required arguments."""
+    """Return the function arguments that a launch file can set, and those that it must set."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
 
 
 def unescape(text):
-    """Remove the backslashes from escape sequences."""
+    """Replace each escape sequence in a string with the escaped character."""
     return re.sub(r'\\(.)', r'\1', text)
 
 
@@ -80,14 +80,14 @@ class ToSubstitutions(Transformer):
 
 
 def substitute(text):
-    """Convert a string to a list of substitutions."""
+    """Convert a string from a launch file, such as '$(var name)', to a list of substitutions."""
     if '$(' not in text:
         return [TextSubstitution(text=unescape(text))]
     return ToSubstitutions().transform(PARSER.parse(text))
 
 
 def split(text):
-    """Split a command into words at the spaces outside substitutions."""
+    """Split a command into words at spaces, except for spaces inside substitutions."""
     words, word = [], []
     for part in substitute(text):
         if not isinstance(part, TextSubstitution):
@@ -103,21 +103,21 @@ def split(text):
 
 
 def on_exit(text):
-    """Return the actions for an `on_exit` attribute."""
+    """Return the actions that an `on_exit` attribute with a given value requests."""
     if text == 'shutdown':
         return [actions.Shutdown()]
     raise ValueError('Attribute on_exit of Entity node expected to be shutdown but got '
                      f'`{text}`Other on_exit actions not yet supported')
 
 
-READERS = {  # functions that read attributes without substitutions
+READERS = {  # functions that convert attributes with a special syntax
     'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
     'on_exit': on_exit, **dict.fromkeys(('sigterm_timeout', 'sigkill_timeout'),
                                         lambda value: str(float(value)))}
 
 
 def read(name, value):
-    """Return the value of an attribute as an argument of an action."""
+    """Convert the value of an attribute to the corresponding argument of an action."""
     if name in READERS:
         return READERS[name](value)
     if isinstance(value, str) and (name not in KINDS or name == 'period'):
@@ -126,7 +126,7 @@ def read(name, value):
 
 
 def attributes(element, known, needed=()):
-    """Return an element's attributes as a dictionary keyed by Python name."""
+    """Return an element's attributes as a dictionary keyed by Python argument name."""
     found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
     for name in needed:
         if name not in found:
@@ -146,7 +146,7 @@ def attributes(element, known, needed=()):
 
 
 def take(elements, tag, *names):
-    """Remove all elements with a given tag, and return the named attributes of each element."""
+    """Remove all elements with a given tag from a list, and return their named attributes."""
     taken = [[attributes(each, names, names)[name] for name in names] for each in elements
              if each.tag == tag]
     elements[:] = [each for each in elements if each.tag != tag]
@@ -154,18 +154,18 @@ def take(elements, tag, *names):
 
 
 def take_all(elements):
-    """Remove all elements, and return their actions."""
+    """Convert all elements in a list to actions, and empty the list."""
     taken = [action(each) for each in elements]
     elements.clear()
     return taken
 
 
 def take_pairs(elements, tag):
-    """Remove all elements with a given tag, and return their values keyed by name."""
+    """Remove all elements with a given tag from a list, and return their values by name."""
     return {tuple(name): value for name, value in take(elements, tag, 'name', 'value')}
 
 
-NESTED = {  # functions that return action arguments from the nested elements; launch_ros adds one
+NESTED = {  # functions that convert nested elements to action arguments; launch_ros adds others
     'arg': lambda element, inner: {
         'name': unescape(element.attrib['name']),
         'choices': [perform(None, value) for value, in take(inner, 'choice', 'value')] or None},
@@ -208,7 +208,7 @@ def describe(root):
 
 
 class InvalidFrontendLaunchFileError(Exception):
-    """A file is not XML."""
+    """Raised when a file is not valid XML."""
 
 
 def parse_xml(path):
@@ -222,13 +222,13 @@ def parse_xml(path):
 
 
 class YAMLElement(ElementTree.Element):
-    """An element whose attributes have their types in the YAML file."""
+    """An element whose attribute values keep their types from the YAML file."""
 
     typed = True
 
 
 def yaml_element(tag, content):
-    """Convert the content of a YAML file to an element."""
+    """Convert content from a YAML file to an element with a given tag."""
     element = YAMLElement(tag)
     content = content if isinstance(content, dict) else {'children': content or ()}
     for name, value in content.items():

@@ -56,7 +56,7 @@ launch_config = SimpleNamespace(level='INFO', on_closed_stdout=lambda: None)
 
 @lru_cache(None)
 def log_file(name):
-    """Return an open file in the log directory, which the first call creates."""
+    """Return an open file in the log directory. The first call creates the directory."""
     if not hasattr(launch_config, 'log_dir'):
         base = os.environ.get('ROS_LOG_DIR') or os.path.join(
             os.environ.get('ROS_HOME') or os.path.join('~', '.ros'), 'log')
@@ -68,7 +68,7 @@ def log_file(name):
 
 
 def write(line, targets=('screen', 'launch.log')):
-    """Write a line to the screen and to log files."""
+    """Write a line to the given targets: the screen, log files, or both."""
     for name in set(targets) - {'screen'}:
         stamp = f'{time.time():.7f} ' if name == 'launch.log' else ''
         log_file(name).write(f'{stamp}{line}\n')
@@ -76,7 +76,7 @@ def write(line, targets=('screen', 'launch.log')):
         try:
             sys.stdout.write(f'{line}\n')
             sys.stdout.flush()
-        except OSError:  # The reader has closed the pipe.
+        except OSError:  # The reader of this output has closed the pipe.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             launch_config.on_closed_stdout()
 
@@ -95,7 +95,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores arguments until call() passes the context and these arguments to `do`."""
+    """Stores arguments until call() passes them to `do` together with the launch context."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -113,13 +113,13 @@ class Deferred:
 
 
 def normalize_to_list_of_substitutions(value):
-    """Convert a string, a substitution or a mixed list to a list of substitutions."""
+    """Convert a string, a substitution, or a list of both to a list of substitutions."""
     return [part if isinstance(part, Substitution) else TextSubstitution(text=part)
             for part in (value if isinstance(value, (list, tuple)) else [value])]
 
 
 def perform_substitutions(context, value):
-    """Return the value of a string, a substitution, or a list of strings and substitutions."""
+    """Expand a string, a substitution, or a list of strings and substitutions to one string."""
     return ''.join(part.perform(context) for part in normalize_to_list_of_substitutions(value))
 
 
@@ -127,7 +127,7 @@ perform = perform_substitutions
 
 
 def read_typed(text, kind=None):
-    """Convert a string to a type such as bool or list[int], or to its YAML type by default."""
+    """Convert a string to a type such as bool or list[int] (default: its type in YAML)."""
     if kind in (str, int, float):
         return kind(text)
     if kind is bool and text in ('0', '1'):
@@ -149,11 +149,11 @@ def read_typed(text, kind=None):
 # -------------------------------------------------------------------------- launch.substitutions
 
 class SubstitutionFailure(RuntimeError):
-    """A substitution has no value."""
+    """Raised when a substitution cannot be expanded."""
 
 
 class Substitution(Deferred):
-    """A substitution whose `do` method returns the value as a string."""
+    """The base class of substitutions, whose `do` methods return their values as strings."""
 
     perform = Deferred.call
     separator = ' + '
@@ -172,7 +172,7 @@ def describe(value, separator=' + '):
 
 
 def substitution(name, description, function):
-    """Create a substitution class from a function."""
+    """Create a substitution class whose `do` method is a given function."""
     return type(name, (Substitution,), {'description': description, 'do': staticmethod(function)})
 
 
@@ -353,7 +353,7 @@ class UnlessCondition(IfCondition):
 
 
 class LaunchConfigurationEquals:
-    """True if a launch configuration equals a given value, or if both are unset (None)."""
+    """A condition that is true if a launch configuration equals a given value (None: unset)."""
 
     expected = True
 
