@@ -126,7 +126,7 @@ class Gui(JointStatePublisher):
                 {name: event.target.value}))
 
     def move(self, choose: Callable[[float, float, float], float]) -> None:
-        """Set each joint to the position that `choose` returns for its limits and its zero."""
+        """Set each joint to the result of `choose` for the joint's limits and zero position."""
         def update() -> None:
             for name, limits in self.limits.items():
                 self.sliders[name].value = self.positions[name] = choose(*limits)

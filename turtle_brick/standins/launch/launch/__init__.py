@@ -48,7 +48,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all launch arguments, even in included files, and whether each is required."""
+        """Return all launch arguments, also from included files, and whether each is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -117,7 +117,7 @@ class LaunchDescriptionSource:
             return self.get_launch_description(LaunchContext())
 
 
-# Every one of these classes selects the parser by the suffix of the launch file.
+# All launch description sources select the parser by the suffix of the launch file.
 AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
 XMLLaunchDescriptionSource = YAMLLaunchDescriptionSource = LaunchDescriptionSource
 FrontendLaunchDescriptionSource = LaunchDescriptionSource
@@ -185,7 +185,7 @@ class LaunchContext:
         return self.tasks[-1]
 
     def emit(self, kind, **details):
-        """Emit an event by executing the reactions of all event handlers that match it."""
+        """Emit an event by executing the reactions of all event handlers that match the event."""
         event = SimpleNamespace(**{'kind': kind, 'action': None, **details})
         for handler in list(self.handlers):
             if handler.matches(event):
@@ -198,7 +198,7 @@ class LaunchContext:
                 self.locals.event = outer
 
     def visit(self, entity):
-        """Execute an entity and the entities that it returns if the entity's condition is true."""
+        """Unless its condition is false, execute an entity and the entities that it returns."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)

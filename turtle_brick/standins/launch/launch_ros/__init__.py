@@ -97,7 +97,7 @@ class ParameterFile:
 
 
 def evaluate(context, name, value):
-    """Return a parameter value in which all substitutions are expanded."""
+    """Return a parameter value with all substitutions expanded."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if value is None:

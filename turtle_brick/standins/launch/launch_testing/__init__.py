@@ -106,7 +106,7 @@ class Processes:
         return [each.process_name for each in self]
 
     def select(self, process=None):
-        """Return the records that match an action or part of a process name, or all records."""
+        """Return the process records that match an action or part of a name (default: all)."""
         found = [each for each in self if process in (None, each.action) or (
             isinstance(process, str) and process in each.process_name)]
         if not found or len(found) > 1 and process is not None:

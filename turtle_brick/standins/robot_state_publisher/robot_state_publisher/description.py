@@ -58,7 +58,7 @@ class Joint(NamedTuple):
     offset: float  # Position (rad or m) when the mimicked joint is at position 0.
 
     def pose(self, position: float) -> Transform:
-        """Return the pose of the child link in the parent link (m) at a position (rad or m)."""
+        """Return the child link's pose in the parent link (m) at a joint position (rad or m)."""
         motion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
         if self.kind in ROTATING:
             motion = turn(self.axis, position)
@@ -97,7 +97,7 @@ def check(element: Element) -> None:
 
 
 def read_joint(element: Element) -> Joint:
-    """Return the joint defined by an element, or raise a ValueError if it is invalid."""
+    """Return the joint defined by an element, or raise a ValueError if the element is invalid."""
     check(element)
     kind = element.get('type')
     if kind not in (*MOVING, *FIXED, 'floating'):
@@ -139,7 +139,7 @@ def check_link(link: Element) -> None:
 
 
 def is_defined(material: Element) -> bool:
-    """Return whether a material has a texture, or a color whose components are from 0 to 1."""
+    """Return whether a material has a texture, or a color whose components are between 0 and 1."""
     color = material.find('color[@rgba]')
     if color is not None and all(NUMBER.fullmatch(part) and 0.0 <= float(part) <= 1.0
                                  for part in color.get('rgba').split(' ') if part):
@@ -148,7 +148,7 @@ def is_defined(material: Element) -> bool:
 
 
 def by_name(elements: Iterable[Element]) -> dict[str, Element]:
-    """Return a dictionary of elements by name, or raise a ValueError for a duplicate name."""
+    """Return a dictionary of elements keyed by name, or raise ValueError for a duplicate."""
     found: dict[str, Element] = {}
     for element in elements:
         name = element.get('name', '')
@@ -159,7 +159,7 @@ def by_name(elements: Iterable[Element]) -> dict[str, Element]:
 
 
 def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[Joint]]:
-    """Return the root link and the joints of the tree, or raise a ValueError for a non-tree."""
+    """Return the root link and the joints of the tree, or raise ValueError if there is no tree."""
     for joint in joints:
         for end in (joint.parent, joint.child):
             if end not in links or not end:

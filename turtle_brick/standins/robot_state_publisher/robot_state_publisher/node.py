@@ -85,7 +85,7 @@ class RobotStatePublisher(Node):
         self.get_logger().info('Robot initialized')
 
     def joint_states_callback(self, state: JointState) -> None:
-        """Publish the transforms of moving joints, limited to the rate `publish_frequency`."""
+        """Publish the transforms of moving joints at a maximum rate of `publish_frequency`."""
         if len(state.name) != len(state.position):
             self.get_logger().error(
                 'Robot state publisher ignored an invalid JointState message with '

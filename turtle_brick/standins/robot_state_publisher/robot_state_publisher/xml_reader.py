@@ -30,7 +30,7 @@ NODE = re.compile(rf"""\s*(?:
       (?(end)|(?P<empty>/)?)>
     | [^<\s][^<]*(?=<)
     )""", re.ASCII | re.DOTALL | re.VERBOSE)
-"""Matches a declaration, comment, CDATA section, document type, tag, or text before a tag."""
+"""Matches an XML declaration, comment, CDATA section, document type, tag, or text before a tag."""
 
 REFERENCE = re.compile(r'&(#\d{1,6}|#x[\da-fA-F]{1,5}|quot|amp|apos|lt|gt);')
 

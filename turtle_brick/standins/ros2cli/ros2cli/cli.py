@@ -115,7 +115,7 @@ def parse(argv):
 
 
 def complete(verbs, action, parsed_args, **_):
-    """Return the completions of an argument, which another verb prints as its output."""
+    """Return the possible values of an argument, which are the output of another verb."""
     os.environ.pop('_ARGCOMPLETE', None)
     with redirect_stdout(StringIO()) as output:
         if action.dest in verbs:
@@ -138,7 +138,7 @@ def interrupt(number, _):
 
 
 def main():
-    """Run the verb that the user typed and exit with its status."""
+    """Run the verb that the user typed, and exit with the status of the verb."""
     # A background job in a shell script ignores SIGINT unless the job sets a handler.
     signal.signal(signal.SIGTERM, interrupt)
     signal.signal(signal.SIGINT, interrupt)

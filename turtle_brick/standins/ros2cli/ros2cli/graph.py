@@ -38,7 +38,7 @@ SPIN_TIME = 0.02
 
 KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 """
-Limits for discovery in spins. On a busy machine, each spin and thus each limit takes longer.
+Time limits for discovery, counted in spins because each spin takes longer on a busy machine.
 
 Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
 graph is known if it is complete and has not changed for KNOWN spins. FOUND spins are sufficient if
@@ -128,7 +128,7 @@ class GraphNode(Node):
 
 
 def is_complete(graph):
-    """Return whether the nodes of all participants and the services of all nodes are known."""
+    """Return whether the nodes of all DDS participants and the nodes' services are known."""
     known = participants(graph.get_publishers_info_by_topic('ros_discovery_info', no_mangle=True))
     named = participants(end for end in graph.get_publishers_info_by_topic('/parameter_events')
                          if not end.node_name.startswith('_NODE_NAME_UNKNOWN_'))
@@ -142,7 +142,7 @@ def is_complete(graph):
 
 
 def participants(publishers):
-    """Return the identifiers of the participants that own the given publishers."""
+    """Return the identifiers of the DDS participants that own the given publishers."""
     return {bytes(publisher.endpoint_gid)[:12] for publisher in publishers}
 
 
@@ -176,7 +176,7 @@ def leave(status):
 def exit_after(seconds, status):
     """End this process after a timeout (s), even if C++ code blocks all Python threads."""
     libc, timer = ctypes.CDLL('librt.so.1'), ctypes.c_void_p()  # Loading librt also loads libc.
-    # This struct sigevent calls _exit(status) in a new thread (SIGEV_THREAD = 2).
+    # When the timer expires, call _exit(status) in a new thread (SIGEV_THREAD = 2).
     event = (ctypes.c_int64 * 8)(status, 2 << 32, ctypes.cast(
         libc._exit, ctypes.c_void_p).value)
     libc.timer_create(CLOCK_MONOTONIC, event, ctypes.byref(timer))

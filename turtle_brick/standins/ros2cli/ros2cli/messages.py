@@ -144,7 +144,7 @@ def topic_class(graph, topic):
 
 
 def qos_profile(args, publishers=()):
-    """Return the QoS profile from the options, or one that matches all publishers by default."""
+    """Return the QoS profile from the options (default: a profile that suits all publishers)."""
     qos = ros_qos.QoSPresetProfiles.get_from_short_key(args.qos_profile)
     chosen = {name[len('qos_'):]: value for name, value in vars(args).items()
               if name.startswith('qos_') and name != 'qos_profile' and value is not None}
@@ -283,7 +283,7 @@ def spread(durations):
 
 
 def rate_report(samples, window, now, is_new):
-    """Return a line with the average message rate, which is empty without new messages."""
+    """Return a line with the average message rate, or '' if there are no new messages."""
     if not is_new:
         return ''
     periods = [end - start for (start, _), (end, _) in pairwise(samples)]

@@ -98,7 +98,7 @@ class Buffer(BufferCore):
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
                                  ) -> Future:
-        """Return a future that is done, with the transform as its result, once it is available."""
+        """Return a future that completes with the transform once the transform is available."""
         future = Future()
         with self._changed:
             self._futures[future] = target_frame, source_frame, time
@@ -121,7 +121,7 @@ class Buffer(BufferCore):
 
 
 class TransformListener:
-    """Subscriptions to /tf and /tf_static that fill a buffer."""
+    """Subscriptions to /tf and /tf_static that fill a transform buffer."""
 
     def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
                  qos: QoSProfile | int | None = None, static_qos: QoSProfile | int | None = None

@@ -119,7 +119,7 @@ class Cache:
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the time (ns) and parent of the latest transform, or (0, None) without any."""
+        """Return the latest transform's time (ns) and parent, or (0, None) if there is none."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
@@ -259,7 +259,7 @@ class BufferCore:
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             if target_frame == source_frame:
-                # As in tf2, a lookup between equal frames does not require that they exist.
+                # As in tf2, a lookup between equal frames does not require the frames to exist.
                 cache = self._frames.get(target_frame)
                 if nanoseconds == 0 and cache is not None:
                     nanoseconds, _ = cache.latest()
@@ -336,7 +336,7 @@ class BufferCore:
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # Even if the path from the source has a gap, the two paths may meet before the gap.
+        # The paths from source and target may meet before a gap in the path from the source.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
@@ -377,7 +377,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor of a frame, and the latest time (ns) common to the path up to it."""
+        """Yield each ancestor and the latest time (ns) common to all transforms up to it."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

@@ -39,7 +39,7 @@ from turtlesim_standin.run_node import run_node
 from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH
 
 ARROWS = {b'A': (1.0, 0.0), b'B': (-1.0, 0.0), b'C': (0.0, -1.0), b'D': (0.0, 1.0)}
-"""Signs of the linear and angular velocity, keyed by the last byte of an arrow key's code."""
+"""Signs of the linear and angular velocities, keyed by the last byte of an arrow key code."""
 
 
 class Program(Node):
@@ -56,7 +56,7 @@ class Program(Node):
 
 
 class Mimic(Program):
-    """Lets one turtle imitate the velocity of another turtle."""
+    """Makes one turtle move with the velocity of another turtle."""
 
     def __init__(self) -> None:
         """Subscribe to the pose of the other turtle."""

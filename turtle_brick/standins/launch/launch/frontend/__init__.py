@@ -161,7 +161,7 @@ def take_all(elements):
 
 
 def take_pairs(elements, tag):
-    """Remove all elements with a given tag from a list, and return their values by name."""
+    """Remove all elements with a given tag from a list. Return their values keyed by name."""
     return {tuple(name): value for name, value in take(elements, tag, 'name', 'value')}
 
 

@@ -353,7 +353,7 @@ class UnlessCondition(IfCondition):
 
 
 class LaunchConfigurationEquals:
-    """A condition that is true if a launch configuration equals a given value (None: unset)."""
+    """A condition that is true if a launch configuration has a given value (None means unset)."""
 
     expected = True
 
