@@ -94,7 +94,7 @@ def add_command(parser, command, typed, table):
 
 
 def parse(argv):
-    """Return the parsed arguments, which include a `function` attribute that runs the verb."""
+    """Parse the command line. The `function` attribute of the result runs the verb."""
     text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
     table = yaml.load(text, Loader=yaml.CSafeLoader)
     parser = argparse.ArgumentParser(

@@ -14,9 +14,8 @@
 """
 The pure Python stand-in for the tf2_ros module from tf2_ros_py 0.36.4.
 
-This module contains the transform buffer, listener, broadcasters and exceptions. The callbacks
-of a listener run in the executor of its node. The README for the stand-ins lists the missing
-features.
+This module contains the transform buffer, listener, broadcasters and exceptions. The listener's
+callbacks run in the executor of its node. The README for the stand-ins lists missing features.
 """
 
 from collections.abc import Iterable

@@ -15,8 +15,7 @@
 Store transforms and compute the transform between any two frames.
 
 A cache stores the recent transforms of a frame as tuples (parent, x, y, z, qx, qy, qz, qw). A
-point p in the frame has the coordinates q p q* + (x, y, z) in the parent frame. Times are
-integers (ns).
+point p in the frame becomes q p q* + (x, y, z) in the parent frame. Times are integers (ns).
 """
 
 from bisect import bisect_left, bisect_right
@@ -336,7 +335,7 @@ class BufferCore:
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # The paths from source and target may meet before a gap in the path from the source.
+        # The paths from the two frames may meet before a gap in the path from the source frame.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
