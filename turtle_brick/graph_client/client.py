@@ -46,7 +46,7 @@ class GraphClient:
         self.record = observer.record
 
     def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Wait until a condition holds, or return False when the timeout (s) expires."""
+        """Wait until a condition holds. Return whether it held before the timeout (s) expired."""
         try:
             self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
         except TimeoutError:
@@ -54,7 +54,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical parameter of the robot, with a typical value as the default."""
+        """Return a physical parameter of the robot, or a typical value if it is unknown."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
@@ -93,7 +93,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Drive to a goal (m) and wait until the robot stops. Return None if no robot exists."""
+        """Drive to a goal (m) until the robot stops, or return None if driving is impossible."""
         if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
@@ -137,7 +137,7 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def _fill_release(self, request: Any) -> None:
-        """Set each number in a drop request to the gravity and record this assumption."""
+        """Set each number in a drop request to gravity_accel, and record this assumption."""
         for owner, name in number_fields(request):
             gravity = self.number('gravity_accel')
             setattr(owner, name, gravity)
@@ -192,5 +192,5 @@ class GraphClient:
                     lambda: watch.floated, 2.0 * self.timeout):
                 self.wait_until(lambda: watch.leveled, self.timeout)
         else:
-            self.graph.spin_for(0.6)  # The brick must stay on the ground.
+            self.graph.spin_for(0.6)  # Record whether the brick stays on the ground.
         self.wait_until(self.is_at_rest, self.timeout)

@@ -22,21 +22,21 @@ from graph_client.record import Record, Request, rest_start
 import numpy
 
 UNREACHABLE = 'Unreachable'
-"""Marker text for a brick that cannot be caught."""
+"""Text of the marker for a brick that cannot be caught."""
 STILL = 1e-3
 """Maximum displacement (m) of a brick at rest."""
 MIN_FALL = 1e-5
-"""Minimum distance (m) between a falling brick and its starting position."""
+"""Distance (m) below its starting position beyond which a brick is considered to be falling."""
 LANDING_NS = 40_000_000
 """Duration (ns) at a constant height after which a brick is considered to have landed."""
 FLOATING_NS = 150_000_000
 """Time (ns) without motion after which a brick that has slid is considered to be floating."""
 MIN_SLIDE = 0.02
-"""Minimum distance (m) that a brick slides before it floats."""
+"""Minimum distance (m) that a brick must slide before it is considered to be floating."""
 TILTED, LEVEL = 0.05, 0.02
 """Minimum inclination (rad) of a tilted platform and maximum inclination of a level platform."""
 MARGIN = 0.15
-"""Maximum distance (m) of a caught brick's center beyond the platform's edge."""
+"""Maximum distance (m) by which the center of a caught brick may be beyond the platform edge."""
 HISTORY = 400
 """Number of stored brick positions."""
 
@@ -66,13 +66,13 @@ class DropWatch:
         self.floated: int | None = None
         self.leveled: int | None = None
         self.refusals: list[int] = []
-        self.goal: int | None = None  # Publication time (ns) of the first goal after the request.
+        self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if either verdict is acceptable.
+        self.should_be_caught: bool | None = None  # None if a catch or a refusal is acceptable.
 
     @property
     def decided(self) -> int | None:
-        """Return the publication time (ns) of the first verdict, or None before any verdict."""
+        """Return the time (ns) of the first goal or "Unreachable" marker, or None without any."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:
@@ -118,7 +118,7 @@ class DropWatch:
         self.landed = (record.pose('brick', down) or pose).position
         self.caught = bool(self.landed[2] > numbers['platform_height'] / 2.0)
         platform = record.pose('platform', down)
-        if platform is not None:  # After a stall, the pose may be unknown.
+        if platform is not None:  # After a stall, the platform's pose may be unknown.
             self.caught &= bool(dist(self.landed[:2], platform.position[:2])
                                 <= numbers['platform_radius'] + MARGIN)
 

@@ -24,18 +24,18 @@ Vector = tuple[float, float, float]
 Array = NDArray[numpy.float64]
 
 ARENA_SIZE = 499.0 / 45.0
-"""Side length (m) of the arena. turtlesim shows 500 pixels per side and 45 pixels per meter."""
+"""Side length (m) of the arena (500 turtlesim pixels minus one, at 45 pixels per meter)."""
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
-"""Initial position (m) of the first turtle in turtlesim."""
+"""Center (m) of the arena, where turtlesim places the first turtle."""
 UPRIGHT: Array = numpy.eye(3)
-"""Rotation matrix of an upright frame."""
+"""Rotation matrix of a frame that is not rotated (the identity matrix)."""
 
 
 class Pose(NamedTuple):
     """Pose of a child frame in its parent frame."""
 
     position: Array  # Position (m) of the origin.
-    axes: Array  # Rotation matrix with the unit vectors x, y and z as columns.
+    axes: Array  # Rotation matrix, with the unit vectors of x, y and z as columns.
 
     def transform(self, points: Any) -> Array:
         """Transform points (one per row) from the child frame to the parent frame."""
@@ -51,7 +51,7 @@ class Pose(NamedTuple):
 
     @property
     def upright(self) -> Array:
-        """Return the unit vector of the z axis in the parent frame."""
+        """Return the unit vector of the child frame's z axis in the parent frame."""
         return self.axes[:, 2]
 
 
@@ -65,7 +65,7 @@ def pose(position: Sequence[float], quaternion: Sequence[float] = (0.0, 0.0, 0.0
 
 
 def turn(axis: Iterable[float], angle: float) -> Array:
-    """Return the rotation matrix for an angle (rad) about a unit vector."""
+    """Return the matrix of a rotation by an angle (rad) about a unit vector."""
     x, y, z = (sin(angle / 2.0) * component for component in axis)
     return pose((0.0, 0.0, 0.0), (x, y, z, cos(angle / 2.0))).axes
 

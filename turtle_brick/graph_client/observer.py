@@ -38,7 +38,7 @@ FETCH_PERIOD = 0.02
 DISCOVERY_PERIOD = 0.5
 """Period (s) for discovering new topics and measuring the processor load."""
 MAX_LOAD = 95.0
-"""Minimum processor load (%) that may delay a graph."""
+"""Processor load (%) at or above which the observed nodes may be delayed."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 
 
@@ -52,7 +52,7 @@ def load_type(name: str) -> Any:
 
 
 def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
-    """Yield the floating-point fields in a message as pairs of a message and a field name."""
+    """Yield each floating-point field as a pair of its (possibly nested) message and its name."""
     for name, kind in message.get_fields_and_field_types().items():
         if kind in ('double', 'float'):
             yield message, name
@@ -61,7 +61,7 @@ def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
 
 
 def fill_position(message: Any, position: Sequence[float]) -> int:
-    """Set the first fields for x, y and z, such as brick_x. Return the number of fields set."""
+    """Set the position fields of a message, such as x or brick_x. Return the number of fields."""
     count = 0
     for owner, name in number_fields(message):
         if count < len(position) and 'xyz'[count] in name.lower().split('_'):
@@ -71,7 +71,7 @@ def fill_position(message: Any, position: Sequence[float]) -> int:
 
 
 def fill_angle(message: Any, angle: float) -> bool:
-    """Set the first floating-point field in a message. Return whether such a field exists."""
+    """Set the first floating-point field of a message, and return whether such a field exists."""
     for owner, name in number_fields(message):
         setattr(owner, name, float(angle))
         return True
@@ -79,7 +79,7 @@ def fill_angle(message: Any, angle: float) -> bool:
 
 
 def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
-    """Return a QoS profile with queue size DEPTH."""
+    """Return a QoS profile for subscriptions with the queue size DEPTH."""
     return QoSProfile(
         depth=DEPTH,
         durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
@@ -97,7 +97,7 @@ def append_to(messages: list[Received]) -> Callback:
 
 class PollingNode(Node):
     """
-    A node that receives messages only in `fetch`.
+    A node that receives messages only when its `fetch` method is called.
 
     Polling avoids a thousand wake-ups per second and preserves publication times, which the
     EventsExecutor of rclpy 7.1 does not pass to callbacks. The `fetch` method therefore reads
@@ -120,7 +120,7 @@ class PollingNode(Node):
 
     def subscribe(self, message_type: Any, topic: str, callback: Callback,
                   qos: QoSProfile | int = DEPTH) -> None:
-        """Subscribe to a topic with a callback that `fetch` calls."""
+        """Subscribe to a topic with a callback that `fetch` calls for each message."""
         subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
         self._callbacks.append((subscription, callback))
 
@@ -137,7 +137,7 @@ class PollingNode(Node):
             with client.handle:
                 while (taken := client.handle.take_response(client.srv_type.Response))[0]:
                     info, response = taken
-                    # If two nodes provide the service, only the first response counts.
+                    # If two nodes provide the service, only the first response is stored.
                     self._calls.pop((client, info.request_id.sequence_number), []).append(
                         Received(info.source_timestamp, response))
         for subscription, callback in self._callbacks:
@@ -148,7 +148,7 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a graph and sends requests. Message types are read from the graph."""
+    """A node that records a running graph and sends requests, using the types in this graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
@@ -177,7 +177,7 @@ class Observer(Node):
         super().destroy_node()
 
     def update(self) -> None:
-        """Fetch messages and, every DISCOVERY_PERIOD, discover topics and check the load."""
+        """Fetch messages, and every DISCOVERY_PERIOD, discover topics and check the CPU load."""
         last, self._fetched_at = self._fetched_at, time_ns()
         if (self._fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
             self.record.stalls.append((last, self._fetched_at))
@@ -190,7 +190,7 @@ class Observer(Node):
         self.after_fetch()
 
     def subscribe_to_new_topics(self) -> None:
-        """Subscribe to the topics in the profile and to all markers in the namespace."""
+        """Subscribe to the topics in the profile and to all markers in this node's namespace."""
         record, inside = self.record, f'{self.get_namespace().rstrip("/")}/'
         names = {self.resolve_topic_name(topic): name
                  for name, topic in record.profile.topics.items()}
@@ -239,7 +239,7 @@ class Observer(Node):
         return [info for info in infos if info.node_name not in own]
 
     def command_publisher(self, name: str) -> Any:
-        """Return a publisher for 'goal_pose' or 'tilt', or None if no node has subscribed."""
+        """Return a publisher for 'goal_pose' or 'tilt', or None if the topic has no subscriber."""
         topic = self.resolve_topic_name(self.record.profile.topics[name])
         if topic not in self._publishers_by_topic:
             try:
@@ -251,11 +251,11 @@ class Observer(Node):
         return self._publishers_by_topic.get(topic)
 
     def send_goal(self, x: float, y: float) -> bool:
-        """Send the robot to a point (m) in the world frame. Return False if this is impossible."""
+        """Send the robot a goal (m) in the world frame, and return whether it was published."""
         return self._send('goal_pose', lambda goal: fill_position(goal, (x, y)) == 2)
 
     def send_tilt(self, angle: float) -> bool:
-        """Tilt the platform by an angle (rad). Return False if this is impossible."""
+        """Tilt the platform to an angle (rad), and return whether the command was published."""
         return self._send('tilt', lambda tilt: fill_angle(tilt, angle))
 
     def _send(self, name: str, fill: Callable[[Any], bool]) -> bool:
@@ -273,7 +273,7 @@ class Observer(Node):
         return True
 
     def recognize_names(self) -> None:
-        """Use similar names for those parts of the interface that do not exist."""
+        """Use similar names from the graph for topics, services and frames that are missing."""
         record, types = self.record, dict(self.get_topic_names_and_types())
         published = {topic: types.get(topic, []) for topic in record.publishers}
         subscribed = {topic: kinds for topic, kinds in types.items()
@@ -285,7 +285,7 @@ class Observer(Node):
                                (record.profile.frames, frames)):
             for name, used in names.items():
                 available = subscribed if name in COMMANDS else offered
-                # The profile may contain another name.
+                # A name that comes from a profile file must not be replaced.
                 if used in (name, f'turtle1/{name}') and not (
                         {used, self.resolve_topic_name(used)} & available.keys()):
                     self._recognize(name, names, available)
@@ -311,7 +311,7 @@ class Observer(Node):
         return self._client(service, load_type(types[0]))
 
     def other_namespaces(self) -> set[str]:
-        """Return all namespaces that contain nodes, except '/' and the namespace of the graph."""
+        """Return all namespaces that contain nodes, except '/' and the namespace of this node."""
         return {namespace for _, namespace in self.get_node_names_and_namespaces()
                 } - {'/', self.get_namespace()}
 

@@ -25,7 +25,7 @@ import threading
 END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
-"""Pattern for a ros2 launch message with the label, name and exit status of a failed process."""
+"""Pattern for the label, name and exit status of a failed process in a ros2 launch message."""
 STOPPED = (-signal.SIGINT, -signal.SIGTERM)
 """Exit codes of processes that ros2 launch stopped."""
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
@@ -35,15 +35,15 @@ LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^
                           r'((?:.|\n(?!\[))*)', re.M)
 """Pattern for the error that ends ros2 launch, with a group for the whole message."""
 MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
-"""Pattern for the name of a package or a Python module that was not found."""
+"""Pattern for an error message with the name of a missing package or Python module."""
 
 
 def launch_error(output: str) -> str:
-    """Extract the reason why ros2 launch started no graph from its output, or return ''."""
+    """Return the error in the output of ros2 launch that prevented the start of a graph, or ''."""
     errors = LAUNCH_ERROR.findall(output)
     if not errors:
         return '; '.join(crashes(output))
-    # The first attempt to read the file uses the format that the name of the file requires.
+    # The first listed exception comes from the parser that matches the name of the launch file.
     error = next(part for part in errors[-1].split('\n - ') if 'multiple exceptions' not in part)
     command, _, printed = error.partition('Captured stderr output:')
     if printed:
@@ -53,7 +53,7 @@ def launch_error(output: str) -> str:
 
 
 def explain_missing(error: str) -> str:
-    """Add to an error whether the environment or the workspace lacks a package or a feature."""
+    """Return an error message with a note on what the environment or the workspace lacks."""
     error = error.partition(', searching: ')[0].strip('"')
     for name in (a or b for a, b in MISSING.findall(error)):
         place = 'workspace' if name.startswith('turtle_brick') else 'environment'
@@ -79,7 +79,7 @@ class Process(AbstractContextManager['Process']):
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
-        """Start a program with extra environment variables and pass the output to `listener`."""
+        """Start a program with extra environment variables, and pass each line to `listener`."""
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()
@@ -127,7 +127,7 @@ class Process(AbstractContextManager['Process']):
         return self._popen.poll() is None
 
     def exit_message(self) -> str:
-        """Return the exit status and the last lines of output that are not information."""
+        """Return the exit status and the last output lines that are not [INFO] messages."""
         self._reader.join(1.0)
         lines = [line for line in self.output.splitlines() if line[:7] not in ('', '[INFO] ')]
         return (f'{self.command[0]} exited with status {self._popen.returncode}: '
@@ -149,7 +149,7 @@ class Process(AbstractContextManager['Process']):
                                f'it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
-        """Wait for the exit status, or raise TimeoutError after the timeout (s)."""
+        """Wait for and return the exit status, or raise TimeoutError after the timeout (s)."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:

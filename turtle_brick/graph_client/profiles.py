@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Names of topics, services and frames in an implementation, and parameters of the robot.
+Define names of topics, services and frames, and physical parameters of a robot.
 
 The default names come from the assignment. A YAML file can define other names and values:
 
@@ -35,9 +35,9 @@ TOPICS: dict[str, tuple[str, ...]] = {
     'goal_pose': tuple(f'geometry_msgs/msg/{name}' for name in (
         'PoseStamped', 'Pose', 'PointStamped', 'Point', 'Pose2D')),
     'tilt': (), 'pose': ('turtlesim/msg/Pose',), 'robot_description': ('std_msgs/msg/String',)}
-"""Names and possible types of topics. The tilt topic can have any type."""
+"""Standard names and possible types of all topics. The tilt topic can have any type."""
 COMMANDS = ('goal_pose', 'tilt')
-"""Topics to which the robot subscribes."""
+"""Command topics, to which the robot subscribes."""
 SERVICES = ('place', 'drop')
 FRAMES = ('world', 'odom', 'base_link', 'brick', 'platform', 'stem', 'wheel')
 NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
@@ -47,7 +47,7 @@ NUMBERS = {'platform_height': 1.0, 'platform_radius': 0.5, 'wheel_radius': 0.2,
 
 @dataclass
 class Profile:
-    """The names of topics, services and frames and the parameters of an implementation."""
+    """The names of topics, services and frames in a graph, and the parameters of the robot."""
 
     topics: dict[str, str] = field(default_factory=lambda: {
         **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
@@ -58,7 +58,7 @@ class Profile:
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with default names and the physical parameters from a given object."""
+        """Return a profile with default names, and with the attributes of an object as numbers."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:
@@ -81,7 +81,7 @@ class Profile:
 
 
 def similar_names(name: str, available: Mapping[str, Iterable[str]]) -> list[str]:
-    """Return the available names, given with types, that are most similar to a standard name."""
+    """Return those available names (keys) of suitable type that resemble a standard name."""
     word = name.removesuffix('_pose').removesuffix('_states')
     found = {}
     for full_name, types in available.items():

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Store messages from a graph and requests to the graph. Times are in ns, lengths in m."""
+"""Store messages from a graph and requests to it. Times are in ns, and lengths are in m."""
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
@@ -34,13 +34,13 @@ EXTRAPOLATION_NS = 50_000_000
 MAX_LATENESS_NS = 15_000_000
 """Maximum delay (ns) of the observer that does not count as a stall."""
 STALL_AFTERMATH_NS = NS_PER_SECOND
-"""Duration (ns) of a stall's effects after the stall ends."""
+"""Time (ns) after the end of a stall during which the stall may still affect trials."""
 MAX_AHEAD_NS = 5_000_000_000
 """Maximum time (ns) by which a timestamp may be ahead of the publication time."""
 MAX_DEPTH = 30
-"""Maximum number of frames between a frame and the world frame."""
+"""Maximum number of frames in the chain from a frame to the world frame."""
 OVERLOADED = 'the machine was overloaded'
-"""Text in the measured result if a requirement cannot be judged because of stalls."""
+"""Text in the measured result of a requirement that cannot be judged because of stalls."""
 
 
 class Received(NamedTuple):
@@ -67,7 +67,7 @@ class Sample(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A drive with its start and end times (ns) and its start and goal positions (m)."""
+    """A drive of the robot, with start and end times (ns) and start and goal positions (m)."""
 
     begin: int
     end: int
@@ -88,7 +88,7 @@ class Request(NamedTuple):
     value: Any
     accepted: bool = True
     message: str = ''
-    answered: bool = True  # Whether a node responded, or received the tilt command.
+    answered: bool = True  # Whether a node responded to the call or received the command.
 
     def check(self) -> None:
         """Raise ValueError with the response message if the request was refused."""
@@ -98,7 +98,7 @@ class Request(NamedTuple):
 
 def in_time_span(items: list[Any], begin: int, end: int | None,
                  time_of: Callable[[Any], int]) -> list[Any]:
-    """Return the items between two times (ns) from a list sorted by `time_of`."""
+    """Return the items between two times (ns) from a list that is sorted by `time_of`."""
     last = len(items) if end is None else bisect_left(items, end, key=time_of)
     return items[bisect_left(items, begin, key=time_of):last]
 
@@ -110,12 +110,12 @@ class Frame:
     """All transforms received for a frame."""
 
     def __init__(self, static: bool) -> None:
-        """Create a frame without transforms. Transforms of a static frame are always valid."""
+        """Create an empty frame. The transform of a static frame is valid at all times."""
         self.static = static
-        self.on_both_topics = False  # True if the frame is on both /tf and /tf_static.
+        self.on_both_topics = False  # True if the frame is broadcast on both /tf and /tf_static.
         self.samples: list[Sample] = []  # The samples are sorted by timestamp.
         self.published: list[tuple[int, Sample]] = []  # With publication times (ns).
-        self.sequence_numbers: list[int] = []  # Each publisher numbers its own messages.
+        self.sequence_numbers: list[int] = []  # Each publisher numbers its messages separately.
 
     def add(self, published: int, number: int, sample: Sample) -> None:
         """Store a transform with its publication time (ns) and sequence number."""
@@ -132,7 +132,7 @@ class Frame:
         return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
-        """Return the interpolated transform at a time (ns), or None if samples are missing."""
+        """Return the interpolated transform at a time (ns), or None if transforms are missing."""
         if self.static:
             return self.published[0][1]
         index = bisect_left(self.samples, stamp, key=stamp_of_sample)
@@ -160,8 +160,8 @@ class Record:
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
         self.namespace = '/'
-        self.publishers: dict[str, set[str]] = {}  # Full names of the publishing nodes per topic.
-        self.latched: dict[str, bool] = {}  # Whether all publishers on a topic are latched.
+        self.publishers: dict[str, set[str]] = {}  # Full names of the nodes that publish a topic.
+        self.latched: dict[str, bool] = {}  # Whether all publishers of each topic are latched.
         self.idle: list[tuple[int, int]] = []
         self.driving: list[tuple[int, int]] = []  # Time spans (ns) that contain several drives.
         self.drives: list[Drive] = []
@@ -170,9 +170,9 @@ class Record:
         self.drops: list[Any] = []
         # Time spans (ns) in which the observer was late or all processors were busy.
         self.stalls: list[tuple[int, int]] = []
-        self.notes: list[str] = []  # Assumptions and problems during the observation.
+        self.notes: list[str] = []  # Assumptions made and problems found during the observation.
         self.crashes: list[str] = []
-        # Reasons why parts of the interface could not be used, by their standard names.
+        # Reasons why topics, services or frames could not be used, keyed by their standard names.
         self.unclear: dict[str, str] = {}
 
     def note(self, text: str) -> None:
@@ -185,7 +185,7 @@ class Record:
         p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > MAX_AHEAD_NS:
-            return  # This transform would always remain the newest.
+            return  # Such a transform would remain the latest one forever.
         frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
@@ -200,17 +200,17 @@ class Record:
             del entries[:-count]
 
     def actual(self, frame: str) -> str:
-        """Return the name in TF of a frame that may have a standard name."""
+        """Return the TF name of a frame, given the standard name or TF name of the frame."""
         return self.profile.frames.get(frame, frame)
 
     def frame_names(self) -> set[str]:
-        """Return the names of all frames, of their latest parents, and of all links in URDFs."""
+        """Return the names of all frames, their latest parents, and all links in the URDFs."""
         links = re.findall('<link name="([^"]+)"', ''.join(
             received.message.data for received in self.topics['robot_description']))
         return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
 
     def ancestors(self, frame: str) -> list[str]:
-        """Return a frame and its latest ancestors, at most MAX_DEPTH frames in total."""
+        """Return the names of a frame and its latest ancestors (at most MAX_DEPTH names)."""
         chain = [self.actual(frame)]
         while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
             chain.append(self.frames[chain[-1]].samples[-1].parent)
@@ -226,7 +226,7 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return the brick's position (m) in the platform frame, or None if a pose is unknown."""
+        """Return the brick's position (m) in the platform frame at a given time (ns), or None."""
         brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 
@@ -250,7 +250,7 @@ class Record:
                 if joint == name]
 
     def trial_spans(self) -> list[tuple[int, int]]:
-        """Return the time spans (ns) of all requests and all rest periods."""
+        """Return the time spans (ns) of all rest periods, drives, tilt commands and drops."""
         return [*self.idle, *((trial.begin, trial.end)
                               for trial in (*self.drives, *self.tilts, *self.drops))]
 
@@ -260,7 +260,7 @@ class Record:
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return a phrase that states how many trials had stalls, or '' if none did."""
+        """Return a phrase that states how many trials had stalls, or '' if no trial had any."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
@@ -282,14 +282,14 @@ def nanoseconds_of(stamp: Any) -> int:
 
 
 def stamp_of(received: Received) -> int:
-    """Return a message's timestamp (ns), or its publication time if the timestamp is wrong."""
+    """Return a message's timestamp (ns), or its publication time if no timestamp is valid."""
     header = getattr(received.message, 'header', None)
     stamp = nanoseconds_of(header.stamp) if header else 0
     return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
 
 
 def message_rate(times: Sequence[float]) -> float:
-    """Return the rate (Hz) of periodic messages, or 0 for fewer than six timestamps (s)."""
+    """Return the rate (Hz) of messages with given times (s), or 0 for fewer than six times."""
     # On a busy machine, messages may be late but never early. The rate is therefore measured from
     # the least delayed message in the first third to the least delayed message in the last third.
     count = len(times)
@@ -307,7 +307,7 @@ def message_rate(times: Sequence[float]) -> float:
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) at which a position last changed, or None if it is still changing.
+    Return the time (ns) since which a position has been constant, or None if it still changes.
 
     :param track: times (ns) and positions (m)
     :param tolerance: maximum distance (m) from the last position

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Run the node of a program. The stand-ins install copies of this module."""
+"""Run a program's node until Ctrl-C or SIGTERM. The stand-ins install copies of this module."""
 
 from collections.abc import Callable
 import signal
@@ -47,7 +47,7 @@ def run_node(make_node: Callable[[], Node], program: str, args: list[str] | None
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Let SIGTERM end the node, because Fast DDS blocked 1 in 700 shutdowns.
+    # Let SIGTERM end the process from now on, because Fast DDS blocked 1 in 700 shutdowns.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     executor.shutdown()
     node.destroy_node()

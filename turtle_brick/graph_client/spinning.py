@@ -29,7 +29,7 @@ from rclpy.signals import SignalHandlerOptions
 LONGEST_WAIT = 0.02
 """Timeout (s) for each spin_once. A constant timeout lets the executor serve all nodes in turn."""
 INTERRUPTED = Event()
-"""Event set by Ctrl-C and SIGTERM after handle_interrupts is called."""
+"""Event that Ctrl-C and SIGTERM set after handle_interrupts has been called."""
 
 
 def handle_interrupts() -> dict[int, Any]:
@@ -46,7 +46,7 @@ class Spinner:
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Spin until a condition holds, or raise TimeoutError about `what` after a timeout (s)."""
+        """Spin until a condition holds, or raise TimeoutError with `what` after a timeout (s)."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:

@@ -15,8 +15,8 @@
 """
 Compute camera positions from which given points are visible.
 
-This module does not depend on ROS. A view has a fixed direction. The camera moves to the nearest
-position from which all points are visible, and stays there while the points remain visible.
+This module does not depend on ROS. Each view has a fixed direction. The camera moves only as far
+as necessary to keep all points visible, and slowly moves closer when possible.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ FREE_FRACTION = 0.4
 """Fraction of the height of a narrow picture that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
-"""Vector added to the view direction in a narrow picture so that the camera looks down steeply."""
+"""Vector added to the view direction in a narrow picture so that the camera looks down more."""
 
 ZOOM_FRACTION = 1.0 / 60.0
 """Fraction of the remaining distance by which a camera moves closer in one update. A camera moves
@@ -47,12 +47,12 @@ away in a single update."""
 
 
 class View(NamedTuple):
-    """A camera direction with optional points to look at."""
+    """A camera direction with optional points to keep in the picture."""
 
     direction: Vector
     """Direction in the world frame. A vertical direction is not allowed."""
     fixed_points: Sequence[Vector] = ()
-    """Points (m) to keep in the picture. Without any points, the camera follows moving objects."""
+    """Points (m) to keep in the picture. Without points, the camera follows robot and brick."""
 
     def camera_pose(self, points: Sequence[Vector], aspect: float,
                     previous: Vector | None = None) -> tuple[Vector, Vector]:
@@ -71,8 +71,8 @@ class View(NamedTuple):
         top = tan(FIELD_OF_VIEW / 2.0)
         bottom = top * (1.0 - 2.0 * FREE_FRACTION) if is_narrow else -top
         slopes = ((-aspect * top, aspect * top), (bottom, top))
-        # On each axis of the picture, a camera at c and depth f shows a point at p and depth d if
-        # low * (d - f) < p - c < high * (d - f). The bounds below limit c for f = 0.
+        # On each picture axis, a camera (coordinate c, depth f) shows a point (coordinate p,
+        # depth d) if low * (d - f) < p - c < high * (d - f). The bounds below limit c for f = 0.
         bounds = [(max(across - high * depths) + MARGIN, min(across - low * depths) - MARGIN)
                   for across, (low, high) in zip(coordinates, slopes)]
         depth = min((upper - lower) / (high - low)
@@ -93,7 +93,7 @@ class View(NamedTuple):
 
 
 NEAR_VIEW = View((1.0, 2.0, -0.5))
-"""View of the robot and the brick from the side and slightly above."""
+"""View of the robot and the brick from the side and from slightly above."""
 
 TOP_VIEW = View((0.0, 1e-3, -1.0), [
     (x, y, 0.0) for x in (0.0, ARENA_SIZE) for y in (0.0, ARENA_SIZE)])
@@ -101,7 +101,7 @@ TOP_VIEW = View((0.0, 1e-3, -1.0), [
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return x and y (m) of a ray's intersection with the ground, or None if the ray misses it."""
+    """Return x and y (m) of a ray's intersection with the ground, or None if there is none."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]

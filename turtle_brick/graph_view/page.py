@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Store data from messages and draw the data on the page.
+Store data from messages and draw the data on the web page.
 
     messages ─→ on_…() ─→ stored data ─→ draw() ─┬─→ scene: the objects, by name
                                                  └─→ panel: text and curves
@@ -45,22 +45,22 @@ if TYPE_CHECKING:  # These modules import viser, which may not be installed.
     from graph_view.scene import Scene
 
 WORLD, BASE_LINK, BRICK = 'world', 'base_link', 'brick'
-"""Names of the frames in the assignment."""
+"""Names of three frames that the assignment defines."""
 
 BRICK_TF = 'brick (TF)'
-"""Name of the brick's transforms in the list of rates."""
+"""Label of the brick's transforms in the list of message rates."""
 
 RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
-"""Names in the list of rates."""
+"""Labels in the list of message rates."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
-"""Mark on the ground at the robot's goal."""
+"""Shape that marks the robot's goal on the ground."""
 
 GOAL_TOLERANCE = 0.05
-"""Minimum distance (m) between the robot and its goal at which the mark is shown."""
+"""Minimum distance (m) between the robot and its goal at which the goal is shown."""
 
 MAX_AGE_NS = NS_PER_SECOND // 2
-"""Age (ns) beyond which the transforms of an object do not delay the other objects."""
+"""Age (ns) beyond which an object's latest transform does not delay drawing the other objects."""
 
 TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 """Topics whose latest text is shown on the page."""
@@ -85,12 +85,12 @@ CURVE_LENGTH = 120
 
 
 class Page:
-    """Stores data from messages and draws the data on the page."""
+    """Stores data from messages and draws the data on the web page."""
 
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer, settings: Settings,
                  warn: Callable[[str], Any], find_sections: Callable[[], tuple[bool, bool, bool]],
                  clock: Callable[[], int]) -> None:
-        """Start without data. `find_sections` returns whether arena, robot and catcher run."""
+        """Start empty. `find_sections` returns whether arena, robot and catcher are running."""
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
@@ -109,7 +109,7 @@ class Page:
         self._points: deque[tuple[float, ...]] = deque(maxlen=CURVE_LENGTH)
         self._next_panel_update = 0
         self._is_moving: dict[str, bool] = {}
-        """Whether each known frame has moved or has been the parent of a moving frame."""
+        """Whether each known frame has been the child or the parent in a transform on /tf."""
         self._fixed_frame = WORLD
         self._drawn_time = 0
         self._poses: dict[str, Pose | None] = {}
@@ -172,7 +172,7 @@ class Page:
         self._arrivals[name].append(self._clock())
 
     def toggle_replay(self, speed: float) -> None:
-        """Start replaying the last drop at a fraction of real time, or stop the replay."""
+        """Start replaying the last drop at a given speed (1 for real time), or stop the replay."""
         if not self._replay.toggle(self._clock(), speed):
             self._panel.show_response('replay: no drop has been recorded', False)
 
@@ -211,7 +211,7 @@ class Page:
     def _frame_objects(self) -> dict[str, SceneObject]:
         if not self._panel.frames.value:
             return {}
-        # A robot has many static frames. Only a configuration file can make these visible.
+        # A robot has many static frames, which only a configuration file can make visible.
         return {f'frames/{frame}': SceneObject((), pose, frame)
                 for frame, is_moving in self._is_moving.items()
                 if (is_moving or self._settings.shows_frames)
@@ -241,7 +241,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return height (m), distance (m) and speed (m/s) for the curves, or NaN if unknown."""
+        """Return the plotted height (m), distance (m) and speed (m/s), or NaN where unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -251,10 +251,10 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which all robot and brick poses are known, or 0 if none is.
+        Return the latest time (ns) at which all robot and brick poses are known, or 0 without any.
 
         If each object were drawn at its own latest time, objects that move together would appear
-        separated. An object whose transforms have stopped does not delay other objects.
+        separated. An object whose transforms have stopped does not delay drawing.
         """
         times = [nanoseconds_of(transform.header.stamp)
                  for frame in {BASE_LINK, BRICK, *self._robot.links}
@@ -293,7 +293,7 @@ class Page:
 
 
 def catch_status(brick_state: str, catcher_state: str, decision: str) -> str:
-    """Return a one-line description of the current catch."""
+    """Return a one-line description of the current attempt to catch the brick."""
     verdict, _, reason = decision.partition(': ')
     if brick_state == 'riding':
         return f'Caught: {catcher_state}' if catcher_state in ('carrying', 'tilting') else 'Caught'

@@ -28,10 +28,10 @@ import numpy
 import viser
 
 GREEN = (46, 125, 70)
-"""Color (0 to 255) of the controls."""
+"""Color (red, green and blue, 0 to 255) of the controls."""
 
 SLIDER_LIMIT = round(pi / 2.0, 2)
-"""Maximum angle (rad) of the slider, in both directions."""
+"""Maximum tilt angle (rad) that the slider can set in either direction."""
 
 SLIDER_PAUSE = 1.0
 """Time (s) after a user action during which the slider does not follow the platform."""
@@ -40,7 +40,7 @@ CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)'
 """Labels and colors of the curves."""
 
 REPLAY_SPEEDS = {'Replay': 1.0, 'Replay at 1/8': 0.125}
-"""Playback speed for each replay button as a fraction of real time."""
+"""Playback speed for each replay button, relative to real time."""
 
 VIEWS = {'Near': NEAR_VIEW, 'From above': TOP_VIEW}
 """View for each camera button."""
@@ -54,7 +54,7 @@ class Panel:
 
     def __init__(self, server: viser.ViserServer, scene: Scene, execute: Callable[..., None],
                  shows_frames: bool = False) -> None:
-        """Create the controls, which call `execute` in viser's threads, as in ('tilt', 0.5)."""
+        """Create the controls, which call `execute` (e.g. with 'tilt', 0.5) in viser's threads."""
         self._scene = scene
         self._execute = execute
         self._slider_time = -inf
@@ -110,7 +110,7 @@ class Panel:
             self._suggestion = (x, y, z)
 
     def show_sections(self, arena: bool, robot: bool, catcher: bool) -> None:
-        """Show only the sections for the running nodes."""
+        """Show only the sections for the nodes that are running."""
         self.brick_folder.visible = arena
         self.robot_folder.visible = robot or catcher
         self.status.visible = catcher
@@ -124,20 +124,20 @@ class Panel:
         self.hint.visible = bool(hint)
 
     def show_fixed_frame(self, frame: str, is_known: bool) -> None:
-        """Show the name of the fixed frame. An unknown frame is an error."""
+        """Show the name of the fixed frame. An unknown frame is shown as an error."""
         text = f'Fixed frame: {frame}' if is_known else f'Fixed frame {frame} does not exist'
         self.fixed_frame.content = _html('fixed_frame', text, not is_known)
 
     def show_status(self, text: str, is_alarm: bool) -> None:
-        """Show the status of the catch. An alarm is red."""
+        """Show the status of the catch, in red if it is an alarm."""
         self.status.content = _html('status', text, is_alarm)
 
     def show_response(self, text: str, is_success: bool) -> None:
-        """Show the response to the last command. An error is red."""
+        """Show the response to the last command, in red if it is an error."""
         self.response.content = _html('response', text, not is_success)
 
     def show_rates(self, rates: Sequence[tuple[str, float]]) -> None:
-        """Show topic names and message rates (Hz). A rate is 0 if it is unknown."""
+        """Show topic names and message rates (Hz). An unknown rate must be given as 0."""
         self.rates.content = ''.join(
             _html('rate', f'{name}: {rate:.1f} Hz' if rate else f'{name}: no messages')
             for name, rate in rates)
@@ -161,7 +161,7 @@ class Panel:
         self.plot.data = (times - times[-1], *curves)
 
     def press(self, button: str) -> None:
-        """Execute the action of a button in the brick folder."""
+        """Execute the action of a button in the panel's section for the brick."""
         if button in REPLAY_SPEEDS:
             self._execute('replay', REPLAY_SPEEDS[button])
         elif button == 'Drop at random':
@@ -209,7 +209,7 @@ class Panel:
 
 
 def parse_position(text: str) -> Vector:
-    """Return the position (m) in a string such as '1, 2, 3', or raise ValueError."""
+    """Parse a position (m) such as '1, 2, 3', or raise ValueError if the text is invalid."""
     try:
         x, y, z = map(float, text.strip(' ()').replace(',', ' ').split())
     except ValueError:

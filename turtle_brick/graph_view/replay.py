@@ -27,7 +27,7 @@ MAX_SNAPSHOTS = 900
 
 
 class Snapshot(NamedTuple):
-    """The objects in the scene at a given time (ns) and the points (m) to keep in the picture."""
+    """The objects in the scene at a given time (ns), and the points (m) to keep in the picture."""
 
     time: int
     objects: Mapping[str, SceneObject]
@@ -60,7 +60,7 @@ class Replay:
         return bool(self._snapshots)
 
     def snapshot(self, now: int) -> Snapshot | None:
-        """Return the snapshot to show, or None if the replay is not running."""
+        """Return the replayed snapshot to show now, or None if the replay is not running."""
         if self._start is None:
             return None
         time = self._snapshots[0].time + round((now - self._start) * self._speed)

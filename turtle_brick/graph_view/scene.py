@@ -40,11 +40,11 @@ POSITION_TOLERANCE = 1e-3
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'stem': 'top-left', 'wheel': 'top-right',
     'platform': 'bottom-right', 'brick': 'top-left'}
-"""Label corner at the origin of a frame (default: bottom-left). The corners prevent overlaps."""
+"""Corner of the label at each frame's origin, chosen to avoid overlaps (default: bottom-left)."""
 
 
 class BrowserCamera:
-    """A browser's camera, which follows a view until the user turns the camera."""
+    """A browser's camera, which follows a view until the user moves the camera."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
         """Start with the near view."""
@@ -71,14 +71,14 @@ class BrowserCamera:
             self._requested.append(position)
 
     async def _on_update(self, camera: viser.CameraHandle) -> None:
-        """Stop following the view if the browser reports a position that was not requested."""
+        """Stop following the view if the browser reports a camera position not requested here."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
-            # The browser has reset the camera. A narrow page also does so when it opens.
+            # The browser has reset the camera. A narrow page also resets the camera when opening.
             self.set_view(NEAR_VIEW)
             return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
                            for position in self._requested)
-        # The first reported positions can be older than the view.
+        # The first camera positions from the browser can be older than the view.
         if self._is_following and not is_following:
             self._view = None
         self._is_following = is_following
@@ -133,7 +133,7 @@ class Scene:
 
     def _add(self, scene_object: SceneObject) -> Any:
         """Add an object and return its node in viser's scene tree."""
-        # In a browser, a new node that reuses a removed node's name can keep the old orientation.
+        # A new scene node that reuses a removed node's name can keep the old orientation.
         path = f'/objects/{next(self._numbers)}'
         pose, label = scene_object.pose, scene_object.label
         node = self._scene.add_frame(

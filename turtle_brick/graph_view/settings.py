@@ -21,10 +21,10 @@ import yaml
 
 
 class Settings(NamedTuple):
-    """Settings of the page. The default values are used without a configuration file."""
+    """Settings of the page. The defaults apply if there is no configuration file."""
 
-    fixed_frame: str = ''  # If empty, use world, or the robot's root link if world is missing.
-    shows_frames: bool = False  # Whether the axes of the frames are visible at first.
+    fixed_frame: str = ''  # If empty, world is used, or the robot's root link if world is missing.
+    shows_frames: bool = False  # Whether the axes of the frames are initially visible.
     hidden_frames: frozenset[str] = frozenset()
     description_topic: str = 'robot_description'
     description: str = ''  # Robot description from a file, or empty.

@@ -26,13 +26,13 @@ import numpy
 from visualization_msgs.msg import Marker
 
 Quaternion = tuple[float, float, float, float]
-"""Rotation as x, y, z and w."""
+"""Rotation as a quaternion (x, y, z, w)."""
 
 Color = tuple[float, float, float, float]
 """Red, green, blue and opacity, each from 0 to 1."""
 
 RED: Color = (1.0, 0.0, 0.0, 1.0)
-"""Color of a URDF visual without a defined material, as in rviz2."""
+"""Color of a visual element in a URDF without a defined material, as in rviz2."""
 
 MAX_NUMBER = 1e6
 """Maximum absolute value of a drawable number."""
@@ -73,7 +73,7 @@ class Shape(NamedTuple):
     """A colored solid, line or text in a frame."""
 
     kind: str  # 'box', 'cylinder' (along z), 'sphere', 'line' or 'text' (facing the camera).
-    size: Vector  # Size (m) along x, y and z. x is the line width, and z is the text height.
+    size: Vector  # Size (m) along x, y and z (width of a line: x, height of a text: z).
     color: Color
     pose: Pose = ORIGIN  # Pose of the center of the shape.
     text: str = ''
@@ -101,7 +101,7 @@ class Markers:
 
     def __init__(self) -> None:
         """Start without markers."""
-        # Frame, shape and expiration time (ns), keyed by topic, namespace and ID.
+        # Frame, shape and expiration time (ns) of each marker, by topic, namespace and ID.
         self._shown: dict[tuple[str, str, int], tuple[str, Shape, float]] = {}
 
     def update(self, topic: str, message: Marker, now: int) -> None:
@@ -117,7 +117,7 @@ class Markers:
             self._shown[key] = (frame, shape_of(message), end)
 
     def objects(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, SceneObject]:
-        """Return all markers in known frames, keyed by name, and remove expired markers."""
+        """Return all markers in known frames as objects keyed by name. Remove expired markers."""
         self._shown = {key: shown for key, shown in self._shown.items() if now < shown[2]}
         return {f'{topic}/{namespace}/{number}': SceneObject((shape,), pose)
                 for (topic, namespace, number), (frame, shape, _) in self._shown.items()

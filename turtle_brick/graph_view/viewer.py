@@ -15,9 +15,9 @@
 """
 viewer and rviz2: show a running graph in a browser, for machines without the real rviz2.
 
-The node draws the data from the topics 30 times per second. Any node on any machine can publish
-these topics. The content of the page is defined in page.py. The options are those of rviz2:
--d FILE for a configuration file and -f FRAME for the fixed frame.
+The node draws the data from the topics below 30 times per second. Any node on any machine can
+publish on these topics. The content of the page is defined in page.py. The options are those of
+rviz2: -d FILE for a configuration file and -f FRAME for the fixed frame.
 
 Subscribes:
     robot_description (std_msgs/String, latched): the shapes of the robot
@@ -72,7 +72,7 @@ VISER = 'viser==1.1.1'
 """Required version of viser, which must match scripts/requirements.txt."""
 
 DRAW_PERIOD, DISCOVERY_PERIOD = 1.0 / 30.0, 0.5
-"""Times (s) between updates of the scene and between searches for new topics and services."""
+"""Periods (s) for updating the scene and for discovering new topics and services."""
 
 
 class Viewer(Node):
@@ -122,7 +122,7 @@ class Viewer(Node):
 
     def _create_subscriptions(self) -> None:
         page, latched = self.page, subscription_qos(latched=True)
-        # With this QoS, publishers do not wait for the viewer.
+        # With best-effort QoS, publishers do not wait for the viewer.
         best_effort = subscription_qos(latched=False, reliable=False)
         for message_type, topic, callback, qos in (
                 (TFMessage, '/tf', partial(page.on_transforms, False), best_effort),
@@ -136,7 +136,7 @@ class Viewer(Node):
         for message_type, topic, name in (
                 (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
                 (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
-            # Only the arrival times of these messages are used.
+            # Only the arrival times of the messages on these topics are used.
             self.create_subscription(
                 message_type, topic, partial(page.record_arrival, name), best_effort, raw=True)
 
@@ -156,7 +156,7 @@ class Viewer(Node):
                 self._clients_by_name[name] = self.create_client(load_type(service_types[0]), name)
 
     def _connect_tilt(self, topic: str, type_name: str) -> None:
-        """Publish and subscribe to tilt. The angle is the first floating-point field."""
+        """Publish and subscribe to tilt. The first floating-point field contains the angle."""
         with suppress(LookupError, StopIteration):
             tilt_type = load_type(type_name)
             self._tilt_field = next(
@@ -167,7 +167,7 @@ class Viewer(Node):
                 getattr(message, self._tilt_field)), 10)
 
     def _connect_markers(self, topic: str, type_name: str, name: str) -> None:
-        """Subscribe to a marker topic as soon as it has a publisher."""
+        """Subscribe to a marker topic if the topic already has a publisher."""
         if qos := [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]:
             # A subscription receives messages only from publishers with compatible QoS.
             latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
@@ -204,7 +204,7 @@ class Viewer(Node):
             self._tilt_publisher.publish(message_type(**{self._tilt_field: angle}))
 
     def drive(self, x: float, y: float) -> None:
-        """Send the robot to x and y (m) in the world frame."""
+        """Send the robot to a point (m) in the world frame."""
         goal = PoseStamped()
         goal.header.frame_id = WORLD
         goal.header.stamp = self.get_clock().now().to_msg()
@@ -213,7 +213,7 @@ class Viewer(Node):
         self._goal_publisher.publish(goal)
 
     def schedule(self, command: str, *arguments: Any) -> None:
-        """Call a public method in the next timer callback. Any thread can call this method."""
+        """Call a public method in the next timer callback. This method is thread-safe."""
         self._scheduled.append(partial(getattr(self, command), *arguments))
 
     def _on_timer(self) -> None:
@@ -229,7 +229,7 @@ class Viewer(Node):
         """Call a service with an optional position (m), and show the response."""
         def on_response(future: Future) -> None:
             response = future.result()
-            # In other workspaces, the response can be empty.
+            # In other workspaces, the type of the response can be empty.
             is_success = getattr(response, 'success', True)
             self._show_response(f'{name}: {getattr(response, "message", "done")}', is_success)
             if is_success:
@@ -252,7 +252,7 @@ class Viewer(Node):
 
 
 def parse(name: str, args: list[str]) -> Settings:
-    """Return the settings from the command line. All other rviz2 arguments are ignored."""
+    """Return the settings from the rviz2 options -d and -f, and ignore all other arguments."""
     parser = argparse.ArgumentParser(prog=name, description='Show a graph in the browser.')
     parser.add_argument('-d', '--display-config', metavar='FILE', help='rviz2 configuration file')
     parser.add_argument('-f', '--fixed-frame', metavar='FRAME', help='fixed frame')

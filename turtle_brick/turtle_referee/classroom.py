@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Judge the workspaces of a class one by one, each in its own environment and ROS domain.
+Judge the workspaces of a class of students, each in its own environment and ROS domain.
 
-Each subdirectory of the class directory is a built workspace. Each workspace's environment
-contains only its own packages and the ROS installation.
+Each subdirectory of the given directory contains the built workspace of one student. The
+environment of a workspace contains only the ROS installation and the packages of this workspace.
 """
 
 import argparse
@@ -41,24 +41,24 @@ HOURS = {
     5: ('verdict', 'text', 'carry', 'tip off', 'again')}
 """Name prefixes of the requirements judged in each hour of class."""
 RESULTS = Path('judged')
-"""Directory for the JSON files and HTML pages of all students."""
+"""Directory for the results of all students (JSON files and HTML pages)."""
 PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
-"""Packages to hide from the environment before a workspace is sourced."""
+"""Packages to remove from the environment before a student's workspace is sourced."""
 INSTALL_DIRECTORIES = ('install', '.ros/install')
-"""Directories, relative to a workspace, in which colcon and env.bash install packages."""
+"""Directories, relative to a workspace, into which colcon and env.bash install packages."""
 SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
-"""Paths to the package's `share` directory in isolated and in merged installations."""
+"""Paths of turtle_brick's `share` directory in isolated and in merged colcon installations."""
 LAUNCH_FILES = ('turtle_arena*launch.py', 'turtle_arena*launch.xml')
-"""Patterns for the launch files of the arena, in order of preference."""
+"""File name patterns for the launch files of the arena, in order of preference."""
 ROS_SETUP = Path(__file__).parents[1] / 'scripts/ros.bash'
-"""Script that makes ROS available in a shell without any workspace."""
+"""Bash script that sets up the ROS environment without sourcing any workspace."""
 PREFIX = re.compile('^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(.*)$', re.M)
-"""Pattern for the directory in which colcon installed a workspace, in its file setup.sh."""
+"""Pattern for the line of setup.sh that contains the directory of the colcon installation."""
 SOURCE = '[ ! -e "$1" ] || source "$1" >&2 && IFS= source "$2" && exec "${@:3}"'
-"""Bash code that sources ROS and a workspace, and runs a command. IFS keeps spaces in paths."""
+"""Bash code that sources ROS and a workspace before a command. IFS keeps spaces in paths."""
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_referee.referee import main; sys.exit(main())')
-"""Python program that runs this referee, even if the workspace contains another referee."""
+"""Python code that runs this referee even if a student's workspace contains another referee."""
 TIME_LIMIT = 240.0
 """Time limit (s) for judging one launch file."""
 
@@ -70,7 +70,7 @@ def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
 
 
 def clean_environment() -> dict[str, str]:
-    """Return environment variables without the paths of workspaces that contain PACKAGES."""
+    """Return the environment variables without paths to workspaces that contain PACKAGES."""
     hidden = [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
               if any(Path(prefix, 'share', package).is_dir() for package in PACKAGES)]
 
@@ -84,7 +84,7 @@ def clean_environment() -> dict[str, str]:
 
 
 def find_install(workspace: Path) -> tuple[Path, Path]:
-    """Return the setup file and the share directory of a workspace, or raise LookupError."""
+    """Return a workspace's setup file and share directory. Raise LookupError if one is missing."""
     for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         setup = workspace / install / 'local_setup.bash'
         if setup.is_file() and (workspace / install / share).is_dir():
@@ -98,7 +98,7 @@ def find_install(workspace: Path) -> tuple[Path, Path]:
 
 
 def find_launch_files(share: Path) -> list[str]:
-    """Return the names of the arena's launch files below a share directory, like ros2 launch."""
+    """Return the names of all launch files for the arena that are below a share directory."""
     names = [path.name for pattern in LAUNCH_FILES for path in sorted(share.rglob(pattern))]
     if not names:
         raise LookupError('no file turtle_arena.launch.py or turtle_arena.launch.xml is installed')
@@ -107,7 +107,7 @@ def find_launch_files(share: Path) -> list[str]:
 
 def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments: Sequence[str],
                  command: Sequence[str]) -> int:
-    """Judge the graph that a command starts, and return the exit status or raise LookupError."""
+    """Return the referee's exit status for a graph, or raise LookupError if no result exists."""
     print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
     with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()),
                   sys.executable, '-c', JUDGE, str(Path(__file__).parents[1]), *arguments, '--',
@@ -117,7 +117,7 @@ def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments
             with suppress(TimeoutError):
                 process.wait(TIME_LIMIT)
         finally:
-            process.stop(timeout=2.0 * END_TIME)  # The referee stops the graph before it exits.
+            process.stop(timeout=2.0 * END_TIME)  # The referee stops the graph before exiting.
         if not json.exists():
             raise LookupError(process.exit_message())
         return process.wait(0.0)
@@ -125,7 +125,7 @@ def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments
 
 def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
                     command: Sequence[str]) -> int:
-    """Judge a workspace, return the exit status, or raise LookupError if there is no result."""
+    """Return the referee's exit status for a workspace, or raise LookupError without a result."""
     setup, share = find_install(workspace)
     arguments = [f'--student={workspace.name}', f'--json={json}', f'--page={page}']
     arguments += [f'--{name}={getattr(options, name)}'

@@ -14,10 +14,10 @@
 """
 referee: judge an implementation of the assignment by its topics, services and TF.
 
-The referee sends the same commands as a user (goal_pose, tilt, place, drop). It reports the
-measured and expected results for each requirement of the assignment. Each requirement is marked as
-met, as failed, or, if it could not be judged, as open. To let the referee start and stop the
-graph, pass the launch command after "--":
+The referee sends the same commands as a user (goal_pose, tilt, place, drop). The referee reports
+the measured and expected results for each requirement of the assignment, and marks the requirement
+as met, failed or open. An open requirement could not be judged. To let the referee start and stop
+the graph, pass the launch command after "--":
 
     ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
@@ -51,12 +51,12 @@ from turtle_referee.trial import DISCOVERY_TIME, Trial
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES))
 
 START_TIME = 60.0
-"""Timeout (s) for the start of a new graph."""
+"""Timeout (s) for discovering a graph that the referee has started."""
 
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None]) -> Record:
-    """Send all requests to a running or newly started graph and return the record."""
+    """Send all test requests to a running or newly started graph, and return the record."""
     with ExitStack() as stack:
         process = stack.enter_context(Process(
             command, listener=sys.stderr.write if options.verbose else None)) if command else None
@@ -71,7 +71,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
         observer = run_trial(options.namespace)
         namespaces = observer.other_namespaces()
         if command and not observer.record.idle and len(namespaces) == 1:
-            # The command started the graph in this namespace.
+            # The command started the graph in the only namespace that contains nodes.
             observer = run_trial(namespaces.pop())
         if process is not None:
             add_faults(observer.record, process)
@@ -79,8 +79,8 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
 
 
 def add_faults(record: Record, process: Process) -> None:
-    """Add the crashes and the errors of the command that starts the graph to a record."""
-    # Without a display, rviz2 cannot run.
+    """Record the crashes and errors in the output of the command that started the graph."""
+    # Without a display, rviz2 cannot run, so a crash of rviz2 is ignored.
     record.crashes = [explain_missing(crash) for crash in crashes(process.output)
                       if os.environ.get('DISPLAY') or not crash.startswith('rviz2 ')]
     error = launch_error(process.output) or ('' if process.running else process.exit_message())
@@ -91,7 +91,7 @@ def add_faults(record: Record, process: Process) -> None:
 
 
 def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Return the options and the command that starts the graph."""
+    """Split the arguments into options and the command that starts the graph."""
     first, rest = __doc__.strip().split('\n\n', 1)
     parser = argparse.ArgumentParser(
         prog='referee', description=first.partition(': ')[2].capitalize(), epilog=rest,

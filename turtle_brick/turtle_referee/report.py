@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Report judgments on a graph or on a whole class in the terminal and as HTML, JSON and CSV."""
+"""Report the judgments on one graph or on a class of students (as text, HTML, JSON and CSV)."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -64,13 +64,13 @@ def tally(marks: Iterable[str]) -> str:
 
 
 def result(judgment: Judgment) -> str:
-    """Return the measured result and the failed requirements that may have caused it."""
+    """Return a judgment's measured result and the failed requirements that may have caused it."""
     causes = f'may follow from: {", ".join(judgment.follows)}' if judgment.follows else ''
     return '; '.join(filter(None, (judgment.measured, causes)))
 
 
 def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
-    """Combine the failed requirements with the same causes and the open ones with one reason."""
+    """Merge failed requirements with the same causes, and open requirements with one reason."""
     groups: dict[Any, list[Judgment]] = {}
     for one in judgments:
         reason = one.measured if one.mark == OPEN else one.name
@@ -82,7 +82,7 @@ def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
 
 
 def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Print a table with colored marks."""
+    """Print a table in which the marks (✔, ✗ and –) are colored."""
     table = Table(pad_edge=False, box=None, header_style='bold')
     for title in titles:
         table.add_column(title, overflow='fold')
@@ -97,7 +97,7 @@ def link(text: str, address: str) -> Html:
 
 
 def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return an HTML table with colored marks."""
+    """Return an HTML table in which the marks (✔, ✗ and –) are colored."""
     def html(value: object) -> str:
         if isinstance(value, Html):
             return value
@@ -117,7 +117,7 @@ def html_page(title: str, body: str) -> str:
 
 
 def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> None:
-    """Print crashes, notes and a table of all requirements, and repeat those that are not met."""
+    """Print the crashes, the notes, all requirements, and a list of the unmet requirements."""
     for line in (*(f'{FAILED} {crash}' for crash in about['crashes']),
                  *(f'note: {note}' for note in about['notes'])):
         print(line)
@@ -132,7 +132,7 @@ def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> Non
 
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
-    """Return all judgments without plots, and information about the run, as JSON."""
+    """Return all judgments (without plots) and information about the run as JSON."""
     requirements = [one._replace(plot=None)._asdict() for one in judgments]
     return json.dumps({**about, 'requirements': requirements}, indent=1, ensure_ascii=False) + '\n'
 
@@ -182,7 +182,7 @@ EXPLANATION = (
 
 
 def read(path: Path, name: str) -> dict[str, Any]:
-    """Return the table row for a JSON file, or raise ValueError if the file is invalid."""
+    """Return a summary of a student's JSON file, or raise ValueError if the file is invalid."""
     try:
         data = json.loads(path.read_text(encoding='utf-8'))
         judgments = [Judgment(**one) for one in data['requirements']]
@@ -202,7 +202,7 @@ def read(path: Path, name: str) -> dict[str, Any]:
 
 
 def class_cells(row: dict[str, Any], address: str) -> list[object]:
-    """Return the table cells for a student, with links if the student's page exists."""
+    """Return the table cells for one student, with links to the student's page if it exists."""
     causes = [link(f'{FAILED} {name}', address and f'{address}#{quote(name)}')
               for name in row['causes']]
     return [link(row['student'], address), row[MET], link(str(row[FAILED]), address), row[OPEN],
@@ -215,7 +215,7 @@ def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | Non
     Summarize the JSON files below a directory in a table with one row per student.
 
     :param students: names of the JSON files without the suffix ".json" (default: all files)
-    :return: the exit status: 0 if all files are valid, 1 if some are invalid, 2 if none is valid
+    :return: exit status (0 if all files are valid, 1 if only some are valid, 2 if none is valid)
     """
     rows, faults, links = [], [], {}
     paths = (sorted(directory.rglob('*.json')) if students is None

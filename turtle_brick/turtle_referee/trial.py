@@ -12,10 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-The sequence of requests that the referee sends to a graph.
+Send a sequence of test requests to a running graph.
 
-The robot waits, drives in eight directions and tilts its platform. Bricks are placed and dropped
-within and out of reach. Every wait has a timeout, so a missing response costs only a few seconds.
+The robot waits, drives in eight directions and tilts its platform. Bricks are dropped within and
+beyond its reach. Every wait has a timeout, so a missing response costs only a few seconds.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,9 +40,9 @@ REACTION_TIME = 0.3
 DISCOVERY_TIME = 10.0
 """Timeout (s) for discovering a running graph."""
 COMPLETION_TIME = 20.0
-"""Maximum time (s) between the start of the first node and the start of the last one."""
+"""Maximum time (s) between the start of the first node and the start of the last node."""
 TIME_LIMIT = 50.0
-"""Time (s) after the discovery at which the last brick is dropped."""
+"""Time (s) after the discovery of the graph after which no brick is dropped."""
 LEG, MIN_LEG = 1.5, 0.3
 """Maximum and minimum length (m) of a drive. Slow robots drive shorter distances."""
 EDGE_DISTANCE = 0.3
@@ -50,12 +50,12 @@ EDGE_DISTANCE = 0.3
 
 
 class PlannedDrop(NamedTuple):
-    """The starting position of a brick, defined by the time available to the robot."""
+    """A drop whose starting position is computed from the time available to the robot."""
 
     description: str
-    direction: float  # direction from the center, in turns
-    driving_time: float  # driving time (s) to the brick at full speed
-    spare_time: float  # fall time minus driving time (s)
+    direction: float  # Direction (turns) from the arena center.
+    driving_time: float  # Driving time (s) to the brick at full speed.
+    spare_time: float  # Difference (s) between the fall time and the driving time.
 
 
 FAR_OUT = PlannedDrop('brick far out of reach', 0.25, 0.7, -0.25)
@@ -65,9 +65,9 @@ IN_REACH = PlannedDrop('brick in reach', 0.10, 0.4, REACTION_TIME + 0.15)
 class Program(NamedTuple):
     """The requests that a trial sends."""
 
-    idle: float = 3.0  # observation time (s) at rest
-    legs: int = 8  # number of drives, which together form a closed polygon
-    tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)  # angles (rad)
+    idle: float = 3.0  # Observation time (s) of the robot at rest.
+    legs: int = 8  # Number of drives, which together form a closed polygon.
+    tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)  # Angles (rad) of the platform.
     drops: Sequence[PlannedDrop] = (
         FAR_OUT, PlannedDrop('brick above the robot', 0.10, 0.0, REACTION_TIME + 0.3), IN_REACH,
         PlannedDrop('brick just out of reach', 0.65, 0.6, -0.05),
@@ -77,13 +77,13 @@ class Program(NamedTuple):
 
 
 class Trial(GraphClient):
-    """A client that sends a sequence of requests."""
+    """A client that tests a graph with a sequence of requests."""
 
     def __init__(self, graph: Spinner, observer: Observer, log: Callable[[str], None],
                  discovery_time: float = DISCOVERY_TIME,
                  is_alive: Callable[[], bool] = lambda: True,
                  program: Program = Program(), timeout: float = TIMEOUT) -> None:
-        """Prepare a trial. Discovery ends early if `is_alive` returns False."""
+        """Prepare a trial. The discovery of the graph ends early if `is_alive` returns False."""
         super().__init__(graph, observer, timeout)
         self.log = log
         self.discovery_time = discovery_time
@@ -96,23 +96,23 @@ class Trial(GraphClient):
             self.end = monotonic() + TIME_LIMIT
             self.rest()
             self.drive()
-            # While the platform tilts, the angle of the brick on the ground is recorded.
+            # While the platform tilts, the angle of a brick on the ground is also recorded.
             self.drop_all(self.program.drops[:1])
             self.tilt()
             self.drop_all(self.program.drops[1:])
 
     def discover(self) -> bool:
-        """Wait until the graph is complete and return whether a graph was found."""
+        """Wait for all nodes of the graph to start, and return whether a graph was found."""
         self.log('looking for the graph')
         self.wait_until(lambda: self.record.publishers or not self.is_alive(), self.discovery_time)
         self.wait_until(lambda: self.is_complete() or not self.is_alive(),
                         min(self.discovery_time, COMPLETION_TIME))
         others = sorted(self.observer.other_namespaces())
-        # Names may be unusual, and each node may be in a namespace of its own.
+        # Topics may have unusual names, and each node may be in a namespace of its own.
         if not (self.is_complete() or self.is_empty() and len(others) == 1):
             self.observer.recognize_names()
             self.wait_until(self.is_complete, self.timeout)
-        # Publishers need some time to find their subscribers.
+        # The publisher is created early because publishers need time to discover subscribers.
         self.observer.command_publisher('tilt')
         if self.is_empty() or not self.is_alive():
             self.record.notes.append(
@@ -129,7 +129,7 @@ class Trial(GraphClient):
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:
-        """Read the unknown parameters of the robot from all nodes and from the URDF."""
+        """Read those robot parameters that are still unknown from all nodes and from the URDF."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)
@@ -141,10 +141,10 @@ class Trial(GraphClient):
         for name, responses in calls:
             for response in responses:
                 for value in map(parameter_value_to_python, response.message.values):
-                    # Some robots have a negative gravity_accel.
+                    # In some workspaces, gravity_accel is negative.
                     if type(value) in (int, float) and 0.0 < abs(value) < 1e9:
                         numbers.setdefault(name, abs(float(value)))
-        with suppress(Failed, Open):  # The assignment does not name the parameter for the radius.
+        with suppress(Failed, Open):  # The assignment does not name a platform_radius parameter.
             robot = model(self.record)
             numbers.setdefault('platform_radius', robot.solid('platform', 'cylinder').size[0])
 
@@ -156,7 +156,7 @@ class Trial(GraphClient):
         self.record.idle.append((begin, time_ns()))
 
     def drive(self) -> None:
-        """Drive all legs and return to the center."""
+        """Drive along all sides of the polygon, and return to the arena center."""
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
         self.drive_to(CENTER)
         begin = time_ns()
@@ -189,7 +189,7 @@ class Trial(GraphClient):
         return *offset_by(CENTER, drop.direction, distance), height
 
     def drop_all(self, drops: Sequence[PlannedDrop]) -> None:
-        """Drop each brick after the robot has returned to the center."""
+        """Drop each brick after the robot has returned to the arena center."""
         for drop in drops:
             if monotonic() > self.end:
                 self.record.note('some bricks were not dropped for lack of time')

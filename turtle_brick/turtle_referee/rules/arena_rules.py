@@ -36,31 +36,31 @@ RULES = Rules()
 rule = RULES.rule
 
 WALL_TOLERANCE = 0.3
-"""Maximum distance (m) between a wall's center and the arena's edge."""
+"""Maximum distance (m) between the center of a wall and the edge of the arena."""
 MARKER_PERIOD = 2.0
-"""Maximum period (s) of a repeated marker that is not latched."""
+"""Maximum period (s) for publishing a marker repeatedly if the marker's topic is not latched."""
 FALL_DELAY = 0.5
 """Maximum delay (s) between the response from the drop service and the start of the fall."""
 FALL_DEVIATION = 0.02
-"""Maximum distance (m) between a falling brick and its parabola."""
+"""Maximum deviation (m) of a falling brick from a fall with constant acceleration."""
 MAX_LAG = 0.05
-"""Maximum delay (s) with which a brick on the platform follows the platform."""
+"""Maximum delay (s) between the motion of the platform and the motion of a brick on it."""
 SLIDE_DEVIATION = 0.04
-"""Maximum distance (m) between a sliding brick and its computed position."""
+"""Maximum distance (m) between the measured and the computed position of a sliding brick."""
 EARLY_END, LATE_END = 0.02, 0.08
-"""Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
+"""Maximum overlap (m) and maximum gap (m) of brick and platform at the end of a slide."""
 CUBE, TEXT, ADD = 1, 9, 0
 """Two marker types and one marker action from visualization_msgs/Marker."""
 MIN_WALL_LENGTH = 5.0
-"""Minimum length (m) of a box that counts as a wall."""
+"""Minimum length (m) of a box marker that is considered to be a wall."""
 STEP = 1.0 / PHYSICS_RATE
-"""Time step (s) of the physics."""
+"""Time step (s) of the physics simulation."""
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
-"""Candidate delays (ns) from the platform's motion to the motion of a brick on the platform."""
+"""Delays (ns) to try between the motion of the platform and the motion of a brick on it."""
 BEFORE_NS = 100_000_000
-"""Interval (ns) between the last measurement of the brick and the next request."""
+"""Interval (ns) between the last measured position of the brick and the next request."""
 LIFETIME = 3.0
-"""Lifetime (s) of the text "Unreachable"."""
+"""Required lifetime (s) of the "Unreachable" marker."""
 LIFETIME_TOLERANCE = 0.3
 """Tolerance (s) for LIFETIME."""
 CENTER_DISTANCE = 0.1
@@ -70,13 +70,13 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) from the first position, or 0 if there are no positions."""
+    """Return the largest distance (m) of any position from the first, or 0 for no positions."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
 
 def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
-    """Return a marker's world pose at a given time (ns), or raise Failed for an unknown frame."""
+    """Return a marker's world pose at a time (ns), or raise Failed if its frame is unknown."""
     name = received.marker.header.frame_id.lstrip('/')
     parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
     p, q = received.marker.pose.position, received.marker.pose.orientation
@@ -85,13 +85,13 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 
 def shown_markers(record: Record) -> list[ReceivedMarker]:
-    """Return the last marker with each namespace and ID on each topic, as shown by rviz2."""
+    """Return the latest added marker for each combination of topic, namespace and marker ID."""
     return list({(received.topic, received.marker.ns, received.marker.id): received
                  for received in record.markers if received.marker.action == ADD}.values())
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return the box markers at least MIN_WALL_LENGTH long, or raise Failed if there are none."""
+    """Return all box markers of at least MIN_WALL_LENGTH, or raise Failed if there are none."""
     return require([
         received for received in shown_markers(record) if received.marker.type == CUBE
         and max(received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH
@@ -122,7 +122,7 @@ def walls_are_at_the_edges(record: Record) -> Finding:
 
 
 def brick_markers(record: Record) -> list[ReceivedMarker]:
-    """Return the markers of the brick, or raise Failed if there are none."""
+    """Return all markers that show the brick, or raise Failed if there are none."""
     return require([
         received for received in record.markers
         if received.marker.type != TEXT and received.marker.action == ADD and 'brick' in (
@@ -131,7 +131,7 @@ def brick_markers(record: Record) -> list[ReceivedMarker]:
 
 
 def brick_size(record: Record) -> Any:
-    """Return the scale of the brick's box marker, or raise Open if there is none."""
+    """Return the size (m) of the brick's box marker, or raise Open if no such marker exists."""
     with suppress(Failed):
         for received in brick_markers(record)[::-1]:
             if received.marker.type == CUBE:
@@ -140,7 +140,7 @@ def brick_size(record: Record) -> Any:
 
 
 def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
-    """Judge whether rviz2 can show the markers even if rviz2 starts late."""
+    """Judge whether the markers are latched or repeated, so that rviz2 can be started late."""
     topics, faults = {received.topic for received in markers}, []
     observed = [time for span in record.trial_spans() for time in span]
     for topic in sorted(topics):
@@ -212,7 +212,7 @@ def bricks_are_placed(record: Record) -> Finding:
 
 
 def dropped(record: Record) -> list[DropWatch]:
-    """Return all drops in which a brick was released, or raise Open if there are none."""
+    """Return all drops in which the brick was released, or raise Open if there are none."""
     require_clear(record, 'place', 'drop', 'brick')
     return require_data([drop for drop in record.drops if drop.released is not None],
                         'no brick fell')
@@ -257,19 +257,19 @@ def brick_hovers(record: Record) -> Finding:
 
 
 class MeasuredFall(NamedTuple):
-    """A fall from rest, fitted to a brick's transforms."""
+    """A fall from rest that is fitted to the recorded transforms of a brick."""
 
     drop: DropWatch
     begin: float  # Start (s) of the fitted fall, measured from the last transform at rest.
     times: Array  # Times (s) since the start.
-    depths: Array  # Distances (m) below the starting position.
+    depths: Array  # Distances (m) of the brick below its starting position.
     acceleration: float
-    off: float  # Maximum deviation (m) from the fitted fall.
-    aside: Array  # Horizontal distances (m) from the starting position.
+    off: float  # Maximum deviation (m) of the depths from the fitted fall.
+    aside: Array  # Horizontal distances (m) of the brick from its starting position.
 
 
 def falls(record: Record) -> list[MeasuredFall]:
-    """Return the falls with at least ten transforms, or raise Open if there are none."""
+    """Return all falls with at least ten recorded transforms, or raise Open if there are none."""
     found = []
     for drop in dropped(record):
         if drop.released is None or drop.down is None:
@@ -317,7 +317,7 @@ def falls_are_parabolas(record: Record) -> Finding:
 
 
 def judge_landing(record: Record, caught: bool) -> Finding:
-    """Judge the heights at which bricks landed on the platform or on the ground."""
+    """Judge the heights at which bricks landed on the platform (if `caught`) or on the ground."""
     gravity, met = number(record, 'gravity_accel'), True
     landed = require_data([
         (drop.place[2], drop.landed[2]) for drop in dropped(record)
@@ -327,7 +327,7 @@ def judge_landing(record: Record, caught: bool) -> Finding:
     if caught:
         expected += number(record, 'platform_height')
     for start, height in landed:
-        # The last time step may end with the brick below the surface.
+        # At the end of the last time step, the brick may be below the surface on which it lands.
         step = sqrt(2.0 * gravity * max(start - expected, 0.0)) * STEP
         met = met and abs(height - expected) <= step + NEAR
     heights = [height for _, height in landed]
@@ -344,7 +344,7 @@ rule('fall: platform', 'If the brick hits the platform … it stops falling',
 
 
 def catches(record: Record) -> list[DropWatch]:
-    """Return all drops onto the platform, or raise Open if there are none."""
+    """Return all drops in which the brick landed on the platform, or raise Open if none did."""
     return require_data([drop for drop in dropped(record) if drop.caught],
                         'no brick has landed on the platform')
 
@@ -420,7 +420,7 @@ def slides_are_frictionless(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), []
     for drop in catches(record):
         if drop.tilted is not None:
-            # If the brick never leaves the platform, only the first second is judged.
+            # If the brick never leaves the platform, only the first second of the slide is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
             track = record.brick_track(drop.tilted - 2 * BEFORE_NS, end)
             found.append(compare_slide(gravity, [
@@ -465,7 +465,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return all relevant drops whose brick has landed, or raise Open if there are none."""
+    """Return the drops that ended with a landing and are relevant, or raise Open if none is."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
@@ -480,7 +480,7 @@ def name_of(drop: DropWatch) -> str:
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
       'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
-    # A brick that lands on a platform at rest does not require a verdict.
+    # If the brick falls onto a robot at rest, the catcher need not publish a verdict.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
     faults = []
     for drop in drops:
@@ -502,7 +502,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers, or raise Failed or Open if there are none."""
+    """Return all "Unreachable" markers, or raise Failed (if one is required) or Open."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
@@ -520,7 +520,7 @@ def text_is_a_text(record: Record) -> Finding:
 
 
 def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
-    """Return the time (s) between the first marker and the expiry or deletion of the text."""
+    """Return the time (s) from the first text marker to the expiration or deletion of the text."""
     first, last = published[0], published[-1]
     deleted = [received.published for received in record.markers if received.topic == last.topic
                and received.marker.action in DELETE_ACTIONS

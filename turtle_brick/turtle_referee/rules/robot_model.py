@@ -25,14 +25,14 @@ import numpy
 from turtle_referee.rules.rule import Failed, require, require_clear
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
-"""URDF attributes that define the size of each shape."""
+"""URDF attributes that define the size of each kind of geometry."""
 
 
 class Solid(NamedTuple):
     """A visual element of a link."""
 
-    kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry element.
-    size: tuple[float, ...]  # Edge lengths (m), or radius and length (m).
+    kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry tag.
+    size: tuple[float, ...]  # Values (m) of the attributes in SIZES.
     color: str  # Value of the `rgba` attribute.
     pose: Pose
 
@@ -45,7 +45,7 @@ class Joint(NamedTuple):
     parent: str
     child: str
     origin: Pose
-    axis: Array  # Unit vector in the joint frame.
+    axis: Array  # Unit vector of the joint axis in the joint frame.
 
     @property
     def movable(self) -> bool:
@@ -57,7 +57,7 @@ class RobotModel:
     """The links and joints in a URDF."""
 
     def __init__(self, description: str, names: Iterable[tuple[str, str]] = ()) -> None:
-        """Parse a URDF with pairs of standard names and link names, or raise Failed."""
+        """Parse a URDF and give its links standard names, or raise Failed if it is invalid."""
         standard_names = {name: standard for standard, name in names}
         try:
             robot = ElementTree.fromstring(description)
@@ -105,7 +105,7 @@ class RobotModel:
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
-        """Return the last movable joint above a link, or raise Failed if no such joint exists."""
+        """Return the closest movable joint above a link, or raise Failed if none exists."""
         for joint in reversed(self.joints_to(link)):
             if joint.movable:
                 return joint
@@ -113,14 +113,14 @@ class RobotModel:
 
 
 def model(record: Record) -> RobotModel:
-    """Return a model of the latest robot_description, or raise Failed if none is valid."""
+    """Return the model in the latest robot_description, or raise Failed if it is invalid."""
     require_clear(record, 'robot_description', 'base_link', 'platform', 'stem', 'wheel')
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')
     return _parse(descriptions[-1].message.data, tuple(record.profile.frames.items()))
 
 
-_parse = lru_cache(4)(RobotModel)  # Many rules use the same description.
+_parse = lru_cache(4)(RobotModel)  # Many rules use the same robot_description.
 
 
 def _numbers(element: ElementTree.Element | None, attribute: str, default: str = '') -> Array:
@@ -129,7 +129,7 @@ def _numbers(element: ElementTree.Element | None, attribute: str, default: str =
 
 
 def _origin(element: ElementTree.Element) -> Pose:
-    """Return the origin of a joint or visual element. The rpy rotations are about fixed axes."""
+    """Return the origin of a joint or visual element. The rpy angles refer to fixed axes."""
     origin = element.find('origin')
     roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
     return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(

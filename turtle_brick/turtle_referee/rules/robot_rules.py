@@ -32,29 +32,29 @@ RULES = Rules()
 rule = RULES.rule
 
 RATE = 100.0
-"""Required rate (Hz) of all topics and of all transforms except the brick transform."""
+"""Required rate (Hz) of the robot's topics and of the base_link transform."""
 EXACT = 1e-3
 """Tolerance for equal numbers."""
 PRECISION = 0.05
-"""Tolerance (m) for the distance to a goal, the deviation from a line and the overshoot."""
+"""Tolerance (m) for the final distance to a goal, the lateral deviation and the overshoot."""
 MAX_SLIP = 0.02
-"""Maximum relative difference between the rolled distance and the driven distance."""
+"""Maximum relative difference between the distances that the wheel rolled and the robot drove."""
 VELOCITY_TOLERANCE = 0.1
-"""Maximum relative difference between the wheel's rotation and its integrated velocity."""
+"""Maximum relative difference between the wheel's rotation and the integral of its velocity."""
 MAX_MISALIGNMENT = 5.0
 """Maximum angle (degrees) between the robot's motion and the wheel's rolling direction."""
 START_DISTANCE = 0.02
 """Minimum travel distance (m) for computing the direction of a drive."""
 STRIDE = 5
-"""Number of transforms between two positions that define a direction of motion."""
+"""Interval, in number of transforms, over which a direction of motion is computed."""
 COMMAND_AGE_NS = 50_000_000
-"""Maximum interval (ns) between an odometry message and its command."""
+"""Maximum interval (ns) between an odometry message and the command with the same twist."""
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 """Topics that ROS itself publishes outside any namespace."""
 
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
-    """Return a frame, or raise Failed if the frame is absent or has another parent."""
+    """Return a frame, or raise Failed if the frame is absent or has the wrong parent."""
     require_clear(record, name)
     found = require(record.frames.get(record.actual(name)), f'no node broadcasts {name}')
     parents = {sample.parent for sample in found.samples}
@@ -64,13 +64,13 @@ def frame(record: Record, name: str, parent: str = '') -> Frame:
 
 
 def messages(record: Record, name: str) -> list[Received]:
-    """Return the messages on a topic, or raise Failed if there are none."""
+    """Return all messages received on a topic, or raise Failed if there are none."""
     require_clear(record, name)
     return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
 
 
 def drives(record: Record) -> list[Drive]:
-    """Return the drives longer than 0.1 m, or raise Open if there are none."""
+    """Return all drives of more than 0.1 m, or raise Open if there are none."""
     require_clear(record, 'goal_pose', 'pose')
     return require_data([drive for drive in record.drives if drive.length > 0.1],
                         'the robot was not driven')
@@ -184,7 +184,7 @@ rule('rate: brick', 'The node should simulate the physics at 250 Hz',
 
 
 def velocity(message: Any) -> tuple[float, float, float]:
-    """Return the x and y velocities (m/s) and the yaw rate (rad/s) from a message."""
+    """Return the x and y velocities (m/s) and the yaw rate (rad/s) in a twist message."""
     twist = getattr(message, 'twist', message)
     return twist.linear.x, twist.linear.y, twist.angular.z
 
@@ -216,7 +216,7 @@ def odometry_equals_tf(record: Record) -> Finding:
             off.append(dist(there.position[:2], sample.pose.position[:2]))
             turned.append(angle_between(there.axes[:, 0], sample.pose.axes[:, 0]))
     require(off or None, 'no transform at the time of any odometry message')
-    # Between two transforms, the robot may drive for one turtlesim tick.
+    # Between two transforms, the robot may have moved for one turtlesim tick (16 ms).
     allowed = number(record, 'max_velocity') * 0.016 + EXACT
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
     return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)
@@ -380,7 +380,7 @@ def goals_are_reached(record: Record) -> Finding:
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
-    """Yield each pose's overshoot (m) and lateral deviation (m) from the line to the goal."""
+    """Yield each pose's distance (m) beyond the goal and beside the line from start to goal."""
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
@@ -409,13 +409,13 @@ def speed_is_limited(record: Record) -> Finding:
     limit = number(record, 'max_velocity')
     speeds = [hypot(*velocity(command.message)[:2]) for command in messages(record, 'cmd_vel')]
     if not any(speeds):
-        drives(record)  # If the robot received no goal, this rule is open.
+        drives(record)  # If the robot was not driven, this call raises Open.
     return Finding(0.0 < largest(speeds) <= limit * (1.0 + 1e-6),
                    f'at most {largest(speeds):.3f} m/s (limit {limit:g})')
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
-    """Return the driven and rolled distances (m). Wrong-way rolling counts as negative."""
+    """Return the distances (m) driven by the robot and rolled by the wheel (signed) in a drive."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
     angles = record.joint(joint.name, drive.begin, drive.end)
@@ -444,7 +444,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
 
 
 def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> float:
-    """Return the angle (degrees) between a motion and the rolling direction of the wheel."""
+    """Return the angle (degrees) between a motion and the direction in which the wheel rolls."""
     robot = model(record)
     axis = sample.pose.axes @ robot.axis(robot.joint('wheel'), {robot.joint('stem').name: stem})
     return degrees(asin(min(abs(float(axis[:2] @ motion)) / hypot(*motion), 1.0)))

@@ -12,9 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Rules that check, without ROS, whether a record meets the requirements of the assignment.
+Check, without ROS, whether a recorded graph meets the requirements of the assignment.
 
-A rule is a function that returns a `Finding`. The function raises `Failed` if required data is
+Each rule has a function that returns a `Finding`. The function raises `Failed` if required data is
 absent, and `Open` if the record is insufficient for a judgment.
 """
 
@@ -28,7 +28,7 @@ import numpy
 Value = TypeVar('Value')
 
 PHYSICS_RATE = 250.0
-"""Rate (Hz) of the physics and the brick frame."""
+"""Required rate (Hz) of the physics simulation and of the brick transform."""
 RATE_TOLERANCE = 0.02
 """Relative tolerance for rates and accelerations."""
 NEAR = 0.01
@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 MAX_COUNT = 1000
-"""Maximum number of samples to evaluate, where more would only take time."""
+"""Approximate limit of samples per evaluation, because more samples would only take time."""
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
@@ -44,19 +44,19 @@ ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
 
 
 class Failed(Exception):
-    """The reason why a requirement is not met."""
+    """Exception that states why a requirement is not met."""
 
 
 class Absent(Failed):
-    """The reason why a requirement is not met if a part of the graph is absent."""
+    """Exception raised if a requirement is not met because a part of the graph is absent."""
 
 
 class Open(Exception):
-    """The reason why a requirement cannot be judged."""
+    """Exception that states why a requirement cannot be judged."""
 
 
 class Plot(NamedTuple):
-    """A plot of measured points and the line on which the points should lie."""
+    """A plot of measured points and of the curve on which the points should lie."""
 
     title: str
     x_label: str
@@ -82,8 +82,8 @@ class Judgment(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # Crashes and other failed requirements that may be the cause.
-    absent: bool = False  # Whether a part of the graph is absent.
+    follows: Sequence[str] = ()  # Crashes and failed requirements that may have caused a failure.
+    absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
 
 
 Judge = Callable[[Record], Finding]
@@ -99,7 +99,7 @@ class Rule(NamedTuple):
     depends_on: Sequence[str]  # Requirements that must be met before this one can be met.
 
     def __call__(self, record: Record) -> Judgment:
-        """Judge a record regardless of the machine's load."""
+        """Judge a record, ignoring whether the machine was overloaded."""
         plot, absent = None, False
         try:
             with numpy.errstate(all='ignore'):
@@ -122,7 +122,7 @@ class Rules(list[Rule]):
 
     def rule(self, name: str, sentence: str, expected: str,
              depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
-        """Return a decorator that adds a function as a rule. The arguments are fields of Rule."""
+        """Return a decorator that adds a function to this list as a Rule with the given fields."""
         def add(judge: Judge) -> Judge:
             self.append(Rule(name, sentence, expected, judge, depends_on))
             return judge
@@ -132,7 +132,7 @@ class Rules(list[Rule]):
         """Judge a record and return the failed, open and met requirements, in that order."""
         judgments, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
-            # A requirement is open if it failed only in trials with stalls.
+            # A requirement that failed only in trials with stalls is marked as open.
             calm = record.without_stalls()
             judgments = [
                 one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
@@ -150,7 +150,7 @@ class Rules(list[Rule]):
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
     def causes(self, failed: Mapping[str, str]) -> dict[str, list[str]]:
-        """Return the possible causes of failed requirements, given their measured results."""
+        """Map each failed requirement to the failed requirements that may have caused it."""
         above = {name: self.all_dependencies(name) for name in failed}
         roots = [name for name in failed if not above[name] & failed.keys()]
         # If several rules report the same fault, only the first rule counts as the cause.
@@ -172,7 +172,7 @@ def number(record: Record, name: str) -> float:
 
 
 def thin(items: Iterable[Value]) -> list[Value]:
-    """Return evenly spaced items, fewer than twice MAX_COUNT."""
+    """Return evenly spaced items of a sequence, fewer than twice MAX_COUNT in total."""
     items = list(items)
     return items[::max(len(items) // MAX_COUNT, 1)]
 
@@ -192,7 +192,7 @@ def require(value: Value | None, fault: str) -> Value:
 
 
 def require_clear(record: Record, *names: str) -> None:
-    """Raise Open if a part of the interface, given by its standard name, could not be used."""
+    """Raise Open if any topic, service or frame with a given standard name was not usable."""
     for name in names:
         if name in record.unclear:
             raise Open(record.unclear[name])
@@ -215,12 +215,12 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Return a finding that is met if no value exceeds a limit. Raise Open for an empty list."""
+    """Judge whether no value exceeds the limit, or raise Open if there are no values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
 
 def from_faults(faults: Sequence[str], count: int, items: str) -> Finding:
-    """Return a finding about `count` items. The requirement is met if there are no faults."""
+    """Judge `count` items. The requirement is met if the list of faults is empty."""
     text = f'{count - len(faults)} of {count} {items}'
     return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text)
