@@ -46,7 +46,7 @@ class GraphClient:
         self.record = observer.record
 
     def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Wait until a condition holds. Return whether it held before the timeout (s) expired."""
+        """Wait for a condition until a timeout (s), and return whether the condition was met."""
         try:
             self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
         except TimeoutError:
@@ -54,7 +54,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical parameter of the robot, or a typical value if it is unknown."""
+        """Return a physical parameter of the robot, or a typical value if none is known."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:

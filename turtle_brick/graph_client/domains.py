@@ -24,7 +24,7 @@ DOMAINS = range(101)
 LAST_DOMAIN = 232
 """Maximum domain number that DDS supports."""
 PARTICIPANTS = 32
-"""Number of ports to check per domain, because the first ports of a used domain may be free."""
+"""Number of ports to check per domain, because the first ports of a domain in use may be free."""
 MARK_PORT_BASE = 32768
 """Lowest TCP port used to reserve a domain, as in the domain_coordinator package of ROS 2."""
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
@@ -36,7 +36,7 @@ class DomainError(RuntimeError):
 
 
 def restrict_to_localhost() -> None:
-    """Limit discovery to this machine, unless an environment variable sets the range."""
+    """Limit discovery to this machine, unless an environment variable sets the discovery range."""
     if not any(os.environ.get(name) for name in RANGE_VARIABLES):
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
@@ -56,7 +56,7 @@ def is_empty(domain: int) -> bool:
 
 @contextmanager
 def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
-    """Reserve the first unused candidate (default candidates: 1 to 100 in random order)."""
+    """Reserve the first unused ROS domain among candidates (default: 1 to 100, shuffled)."""
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:
             try:

@@ -26,7 +26,7 @@ UNREACHABLE = 'Unreachable'
 STILL = 1e-3
 """Maximum displacement (m) of a brick at rest."""
 MIN_FALL = 1e-5
-"""Distance (m) below its starting position beyond which a brick is considered to be falling."""
+"""Distance (m) from the starting position beyond which a brick is considered to be falling."""
 LANDING_NS = 40_000_000
 """Duration (ns) at a constant height after which a brick is considered to have landed."""
 FLOATING_NS = 150_000_000
@@ -68,11 +68,11 @@ class DropWatch:
         self.refusals: list[int] = []
         self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if a catch or a refusal is acceptable.
+        self.should_be_caught: bool | None = None  # None if a catch is optional.
 
     @property
     def decided(self) -> int | None:
-        """Return the time (ns) of the first goal or "Unreachable" marker, or None without any."""
+        """Return the time (ns) of the first goal or "Unreachable" marker. The default is None."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:

@@ -35,7 +35,7 @@ class Pose(NamedTuple):
     """Pose of a child frame in its parent frame."""
 
     position: Array  # Position (m) of the origin.
-    axes: Array  # Rotation matrix, with the unit vectors of x, y and z as columns.
+    axes: Array  # Rotation matrix (columns: unit vectors of the x, y and z axes).
 
     def transform(self, points: Any) -> Array:
         """Transform points (one per row) from the child frame to the parent frame."""

@@ -148,7 +148,7 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a running graph and sends requests, using the types in this graph."""
+    """A node that records a running graph and sends requests of the types used in the graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
@@ -177,7 +177,7 @@ class Observer(Node):
         super().destroy_node()
 
     def update(self) -> None:
-        """Fetch messages, and every DISCOVERY_PERIOD, discover topics and check the CPU load."""
+        """Fetch messages. Every DISCOVERY_PERIOD, discover topics and check the processor load."""
         last, self._fetched_at = self._fetched_at, time_ns()
         if (self._fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
             self.record.stalls.append((last, self._fetched_at))
@@ -251,7 +251,7 @@ class Observer(Node):
         return self._publishers_by_topic.get(topic)
 
     def send_goal(self, x: float, y: float) -> bool:
-        """Send the robot a goal (m) in the world frame, and return whether it was published."""
+        """Send a goal (m) in the world frame, and return whether the goal was published."""
         return self._send('goal_pose', lambda goal: fill_position(goal, (x, y)) == 2)
 
     def send_tilt(self, angle: float) -> bool:
@@ -273,7 +273,7 @@ class Observer(Node):
         return True
 
     def recognize_names(self) -> None:
-        """Use similar names from the graph for topics, services and frames that are missing."""
+        """Replace names of missing topics, services and frames with similar names in the graph."""
         record, types = self.record, dict(self.get_topic_names_and_types())
         published = {topic: types.get(topic, []) for topic in record.publishers}
         subscribed = {topic: kinds for topic, kinds in types.items()

@@ -149,7 +149,7 @@ class Process(AbstractContextManager['Process']):
                                f'it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
-        """Wait for and return the exit status, or raise TimeoutError after the timeout (s)."""
+        """Wait until the process exits and return its status, or raise TimeoutError."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:

@@ -58,7 +58,7 @@ class Profile:
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with default names, and with the attributes of an object as numbers."""
+        """Return a profile with default names and parameters from the attributes of an object."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:
@@ -81,7 +81,7 @@ class Profile:
 
 
 def similar_names(name: str, available: Mapping[str, Iterable[str]]) -> list[str]:
-    """Return those available names (keys) of suitable type that resemble a standard name."""
+    """Return the available names that best match a standard name and have a suitable type."""
     word = name.removesuffix('_pose').removesuffix('_states')
     found = {}
     for full_name, types in available.items():

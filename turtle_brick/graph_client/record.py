@@ -132,7 +132,7 @@ class Frame:
         return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
-        """Return the interpolated transform at a time (ns), or None if transforms are missing."""
+        """Return the interpolated transform at a time (ns), or None if the time is in a gap."""
         if self.static:
             return self.published[0][1]
         index = bisect_left(self.samples, stamp, key=stamp_of_sample)
@@ -160,7 +160,7 @@ class Record:
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
         self.namespace = '/'
-        self.publishers: dict[str, set[str]] = {}  # Full names of the nodes that publish a topic.
+        self.publishers: dict[str, set[str]] = {}  # Full names of nodes that publish each topic.
         self.latched: dict[str, bool] = {}  # Whether all publishers of each topic are latched.
         self.idle: list[tuple[int, int]] = []
         self.driving: list[tuple[int, int]] = []  # Time spans (ns) that contain several drives.
@@ -226,7 +226,7 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return the brick's position (m) in the platform frame at a given time (ns), or None."""
+        """Return the brick's position (m) in the platform frame, or None if a pose is unknown."""
         brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 

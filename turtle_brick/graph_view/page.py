@@ -251,7 +251,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which all robot and brick poses are known, or 0 without any.
+        Return the latest time (ns) with known poses of robot and brick, or 0 if no pose is known.
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. An object whose transforms have stopped does not delay drawing.

@@ -71,7 +71,7 @@ class BrowserCamera:
             self._requested.append(position)
 
     async def _on_update(self, camera: viser.CameraHandle) -> None:
-        """Stop following the view if the browser reports a camera position not requested here."""
+        """Stop following the view if the browser reports a position that was not requested."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
             # The browser has reset the camera. A narrow page also resets the camera when opening.
             self.set_view(NEAR_VIEW)

@@ -63,7 +63,7 @@ class PageServer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raise ValueError if an address is unusable, because viser itself would try 1000 ports."""
+    """Raise ValueError for an unusable address. Without this check, viser would try 1000 ports."""
     if not 0 <= port <= 65535:
         raise ValueError(f'port is {port}, but must be from 0 to 65535')
     try:

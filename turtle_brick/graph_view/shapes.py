@@ -32,7 +32,7 @@ Color = tuple[float, float, float, float]
 """Red, green, blue and opacity, each from 0 to 1."""
 
 RED: Color = (1.0, 0.0, 0.0, 1.0)
-"""Color of a visual element in a URDF without a defined material, as in rviz2."""
+"""Color of a URDF visual element that has no defined material, as in rviz2."""
 
 MAX_NUMBER = 1e6
 """Maximum absolute value of a drawable number."""

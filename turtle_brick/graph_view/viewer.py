@@ -81,7 +81,7 @@ class Viewer(Node):
     def __init__(self, name: str = 'viewer', settings: Settings = Settings(),
                  **node_options: Any) -> None:
         """
-        Serve the page and subscribe to all topics.
+        Serve the page and create the subscriptions.
 
         :param settings: settings from an rviz2 configuration file
         :param node_options: options for rclpy.node.Node
@@ -152,7 +152,7 @@ class Viewer(Node):
         services = dict(self.get_service_names_and_types())
         for name in {'place', 'drop'} - self._clients_by_name.keys():
             service_types = services.get(self.resolve_service_name(name), [])
-            with suppress(LookupError):  # There is no server, or the type is not installed.
+            with suppress(LookupError):  # No server exists, or the service type is not installed.
                 self._clients_by_name[name] = self.create_client(load_type(service_types[0]), name)
 
     def _connect_tilt(self, topic: str, type_name: str) -> None:

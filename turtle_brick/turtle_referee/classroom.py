@@ -15,7 +15,7 @@
 Judge the workspaces of a class of students, each in its own environment and ROS domain.
 
 Each subdirectory of the given directory contains the built workspace of one student. The
-environment of a workspace contains only the ROS installation and the packages of this workspace.
+environment of a workspace contains only the ROS installation and the packages of that workspace.
 """
 
 import argparse
@@ -53,9 +53,9 @@ LAUNCH_FILES = ('turtle_arena*launch.py', 'turtle_arena*launch.xml')
 ROS_SETUP = Path(__file__).parents[1] / 'scripts/ros.bash'
 """Bash script that sets up the ROS environment without sourcing any workspace."""
 PREFIX = re.compile('^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(.*)$', re.M)
-"""Pattern for the line of setup.sh that contains the directory of the colcon installation."""
+"""Pattern for the line in colcon's setup.sh that contains the original install directory."""
 SOURCE = '[ ! -e "$1" ] || source "$1" >&2 && IFS= source "$2" && exec "${@:3}"'
-"""Bash code that sources ROS and a workspace before a command. IFS keeps spaces in paths."""
+"""Bash code that sources ROS and a workspace, then runs a command. IFS keeps spaces in paths."""
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_referee.referee import main; sys.exit(main())')
 """Python code that runs this referee even if a student's workspace contains another referee."""
@@ -70,7 +70,7 @@ def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
 
 
 def clean_environment() -> dict[str, str]:
-    """Return the environment variables without paths to workspaces that contain PACKAGES."""
+    """Return the environment without the paths of workspaces that contain any of PACKAGES."""
     hidden = [prefix for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
               if any(Path(prefix, 'share', package).is_dir() for package in PACKAGES)]
 
@@ -84,7 +84,7 @@ def clean_environment() -> dict[str, str]:
 
 
 def find_install(workspace: Path) -> tuple[Path, Path]:
-    """Return a workspace's setup file and share directory. Raise LookupError if one is missing."""
+    """Return the setup file and share directory of a built workspace, or raise LookupError."""
     for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         setup = workspace / install / 'local_setup.bash'
         if setup.is_file() and (workspace / install / share).is_dir():
@@ -107,7 +107,7 @@ def find_launch_files(share: Path) -> list[str]:
 
 def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments: Sequence[str],
                  command: Sequence[str]) -> int:
-    """Return the referee's exit status for a graph, or raise LookupError if no result exists."""
+    """Judge a launched graph and return the exit status, or raise LookupError if none exists."""
     print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
     with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()),
                   sys.executable, '-c', JUDGE, str(Path(__file__).parents[1]), *arguments, '--',
@@ -125,7 +125,7 @@ def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments
 
 def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
                     command: Sequence[str]) -> int:
-    """Return the referee's exit status for a workspace, or raise LookupError without a result."""
+    """Judge a workspace and return the exit status, or raise LookupError if there is no result."""
     setup, share = find_install(workspace)
     arguments = [f'--student={workspace.name}', f'--json={json}', f'--page={page}']
     arguments += [f'--{name}={getattr(options, name)}'

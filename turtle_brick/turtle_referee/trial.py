@@ -15,7 +15,7 @@
 Send a sequence of test requests to a running graph.
 
 The robot waits, drives in eight directions and tilts its platform. Bricks are dropped within and
-beyond its reach. Every wait has a timeout, so a missing response costs only a few seconds.
+beyond the robot's reach. Every wait has a timeout, so a missing response costs only a few seconds.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,7 +42,7 @@ DISCOVERY_TIME = 10.0
 COMPLETION_TIME = 20.0
 """Maximum time (s) between the start of the first node and the start of the last node."""
 TIME_LIMIT = 50.0
-"""Time (s) after the discovery of the graph after which no brick is dropped."""
+"""Time (s) after the discovery of the graph beyond which no brick is dropped."""
 LEG, MIN_LEG = 1.5, 0.3
 """Maximum and minimum length (m) of a drive. Slow robots drive shorter distances."""
 EDGE_DISTANCE = 0.3
@@ -54,7 +54,7 @@ class PlannedDrop(NamedTuple):
 
     description: str
     direction: float  # Direction (turns) from the arena center.
-    driving_time: float  # Driving time (s) to the brick at full speed.
+    driving_time: float  # Driving time (s) of the robot to the brick at full speed.
     spare_time: float  # Difference (s) between the fall time and the driving time.
 
 
@@ -129,7 +129,7 @@ class Trial(GraphClient):
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:
-        """Read those robot parameters that are still unknown from all nodes and from the URDF."""
+        """From all nodes and the URDF, read the parameters of the robot that are not yet known."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)
@@ -156,7 +156,7 @@ class Trial(GraphClient):
         self.record.idle.append((begin, time_ns()))
 
     def drive(self) -> None:
-        """Drive along all sides of the polygon, and return to the arena center."""
+        """Drive along all sides of a regular polygon, and return to the arena center."""
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
         self.drive_to(CENTER)
         begin = time_ns()

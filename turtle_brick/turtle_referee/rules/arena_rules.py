@@ -48,7 +48,7 @@ MAX_LAG = 0.05
 SLIDE_DEVIATION = 0.04
 """Maximum distance (m) between the measured and the computed position of a sliding brick."""
 EARLY_END, LATE_END = 0.02, 0.08
-"""Maximum overlap (m) and maximum gap (m) of brick and platform at the end of a slide."""
+"""Maximum overlap (m) and maximum gap (m) between brick and platform at the end of a slide."""
 CUBE, TEXT, ADD = 1, 9, 0
 """Two marker types and one marker action from visualization_msgs/Marker."""
 MIN_WALL_LENGTH = 5.0
@@ -70,7 +70,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the largest distance (m) of any position from the first, or 0 for no positions."""
+    """Return the maximum distance (m) between the first and any other position (default: 0)."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
@@ -91,7 +91,7 @@ def shown_markers(record: Record) -> list[ReceivedMarker]:
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return all box markers of at least MIN_WALL_LENGTH, or raise Failed if there are none."""
+    """Return box markers that are at least MIN_WALL_LENGTH long, or raise Failed if none is."""
     return require([
         received for received in shown_markers(record) if received.marker.type == CUBE
         and max(received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH
@@ -465,7 +465,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return the drops that ended with a landing and are relevant, or raise Open if none is."""
+    """Return all relevant drops that ended with a landing, or raise Open if there are none."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
@@ -502,7 +502,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return all "Unreachable" markers, or raise Failed (if one is required) or Open."""
+    """Return the "Unreachable" markers, or raise Failed (Open if no brick was out of reach)."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):

@@ -113,7 +113,7 @@ class RobotModel:
 
 
 def model(record: Record) -> RobotModel:
-    """Return the model in the latest robot_description, or raise Failed if it is invalid."""
+    """Return the robot model in the latest robot_description, or raise Failed if it is invalid."""
     require_clear(record, 'robot_description', 'base_link', 'platform', 'stem', 'wheel')
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')

@@ -46,7 +46,7 @@ MAX_MISALIGNMENT = 5.0
 START_DISTANCE = 0.02
 """Minimum travel distance (m) for computing the direction of a drive."""
 STRIDE = 5
-"""Interval, in number of transforms, over which a direction of motion is computed."""
+"""Number of transform intervals over which a direction of motion is computed."""
 COMMAND_AGE_NS = 50_000_000
 """Maximum interval (ns) between an odometry message and the command with the same twist."""
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
@@ -415,7 +415,7 @@ def speed_is_limited(record: Record) -> Finding:
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
-    """Return the distances (m) driven by the robot and rolled by the wheel (signed) in a drive."""
+    """Return the distances (m) that the robot drove and the wheel rolled (< 0 if backward)."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
     angles = record.joint(joint.name, drive.begin, drive.end)

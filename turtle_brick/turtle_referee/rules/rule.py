@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 MAX_COUNT = 1000
-"""Approximate limit of samples per evaluation, because more samples would only take time."""
+"""Approximate maximum number of samples to evaluate. More samples would only take more time."""
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
@@ -82,7 +82,7 @@ class Judgment(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # Crashes and failed requirements that may have caused a failure.
+    follows: Sequence[str] = ()  # Crashes and failed requirements that may be the cause.
     absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
 
 
@@ -192,7 +192,7 @@ def require(value: Value | None, fault: str) -> Value:
 
 
 def require_clear(record: Record, *names: str) -> None:
-    """Raise Open if any topic, service or frame with a given standard name was not usable."""
+    """Raise Open if any topic, service or frame with a given standard name could not be used."""
     for name in names:
         if name in record.unclear:
             raise Open(record.unclear[name])
@@ -215,7 +215,7 @@ def largest(values: Iterable[float]) -> float:
 
 def within(limit: float, values: list[float], reason: str,
            text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Judge whether no value exceeds the limit, or raise Open if there are no values."""
+    """Judge whether every value is at most `limit`, or raise Open if there are no values."""
     value = largest(require_data(values, reason))
     return Finding(value <= limit, text.format(value, len(values)))
 
