@@ -46,7 +46,7 @@ class GraphClient:
         self.record = observer.record
 
     def wait_until(self, condition: Callable[[], Any], timeout: float) -> bool:
-        """Wait for a condition until a timeout (s), and return whether the condition was met."""
+        """Wait for a condition with a timeout (s), and return whether the condition was met."""
         try:
             self.graph.spin_until(condition, min(MAX_TIMEOUT, timeout), '')
         except TimeoutError:

@@ -79,7 +79,7 @@ class Process(AbstractContextManager['Process']):
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
                  listener: Callable[[str], object] | None = None) -> None:
-        """Start a program with extra environment variables, and pass each line to `listener`."""
+        """Start a program with extra environment variables. Pass its output to `listener`."""
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()

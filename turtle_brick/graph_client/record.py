@@ -132,7 +132,7 @@ class Frame:
         return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
-        """Return the interpolated transform at a time (ns), or None if the time is in a gap."""
+        """Return the interpolated transform at a time (ns), or None without data near it."""
         if self.static:
             return self.published[0][1]
         index = bisect_left(self.samples, stamp, key=stamp_of_sample)

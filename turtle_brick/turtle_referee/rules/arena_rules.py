@@ -38,7 +38,7 @@ rule = RULES.rule
 WALL_TOLERANCE = 0.3
 """Maximum distance (m) between the center of a wall and the edge of the arena."""
 MARKER_PERIOD = 2.0
-"""Maximum period (s) for publishing a marker repeatedly if the marker's topic is not latched."""
+"""Maximum interval (s) between repeated markers on a topic that is not latched."""
 FALL_DELAY = 0.5
 """Maximum delay (s) between the response from the drop service and the start of the fall."""
 FALL_DEVIATION = 0.02
@@ -70,7 +70,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) between the first and any other position (default: 0)."""
+    """Return the maximum distance (m) of any position from the first, or 0 for an empty list."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
