@@ -52,7 +52,7 @@ class View(NamedTuple):
     direction: Vector
     """Direction in the world frame. A vertical direction is not allowed."""
     fixed_points: Sequence[Vector] = ()
-    """Points (m) to keep in the picture. Without points, the camera follows the robot and brick."""
+    """Points (m) to keep visible. Without points, the camera follows the robot and the brick."""
 
     def camera_pose(self, points: Sequence[Vector], aspect: float,
                     previous: Vector | None = None) -> tuple[Vector, Vector]:

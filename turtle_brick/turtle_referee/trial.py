@@ -55,7 +55,7 @@ class PlannedDrop(NamedTuple):
     description: str
     direction: float  # Direction (turns) from the arena center.
     driving_time: float  # Driving time (s) of the robot to the brick at full speed.
-    spare_time: float  # Difference (s) between the fall time and the driving time.
+    spare_time: float  # Fall time (s) minus driving time (s).
 
 
 FAR_OUT = PlannedDrop('brick far out of reach', 0.25, 0.7, -0.25)
@@ -129,7 +129,7 @@ class Trial(GraphClient):
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:
-        """From all nodes and the URDF, read the parameters of the robot that are not yet known."""
+        """Add missing robot parameters, read from all nodes and from the URDF, to the profile."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)
