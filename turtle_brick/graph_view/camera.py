@@ -101,7 +101,7 @@ TOP_VIEW = View((0.0, 1e-3, -1.0), [
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return x and y (m) of a ray's intersection with the ground, or None if there is none."""
+    """Return x and y (m) of the point where a ray meets the ground, or None if it never does."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]

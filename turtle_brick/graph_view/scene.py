@@ -73,7 +73,7 @@ class BrowserCamera:
     async def _on_update(self, camera: viser.CameraHandle) -> None:
         """Stop following the view if the browser reports a position that was not requested."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
-            # The browser has reset the camera. A narrow page also resets the camera when opening.
+            # The browser has reset the camera. A narrow page also resets the camera at the start.
             self.set_view(NEAR_VIEW)
             return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
