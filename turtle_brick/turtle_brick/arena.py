@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-arena: simulate the brick, and publish the brick and the walls.
+arena: simulate the brick, broadcast its pose, and publish markers for the brick and the walls.
 
 Broadcasts:
-    world -> brick: pose of the brick's center at each physics step (250 Hz)
+    world -> brick: pose of the brick (origin at its center) at each physics step (250 Hz)
     platform -> brick: replaces world -> brick while the brick rides on the platform, so that the
         brick does not lag behind the platform in tf2 and rviz2; view_frames then shows platform as
         the parent of brick
@@ -62,7 +62,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Publishing period (s) of the brick marker. rviz2 discards a marker if its frame is unknown."""
+"""Marker period (s). The marker is repeated because rviz2 discards markers in unknown frames."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""
@@ -79,7 +79,7 @@ BRICK_COLORS: dict[Phase, Color] = {
 
 
 class Arena(Node):
-    """Simulate the brick, and publish the brick and the walls."""
+    """Simulate the brick, broadcast its pose, and publish markers for the brick and the walls."""
 
     def __init__(self, **node_options: Any) -> None:
         """Create a node whose brick hovers at brick_start. The options are for rclpy.node.Node."""
@@ -91,7 +91,7 @@ class Arena(Node):
         """Latest published phase of the brick."""
         self.step_clock = StepClock(STEP_NS)
         self.just_released = False
-        """Whether the `drop` service has released the brick since the last physics steps."""
+        """Whether the `drop` service has released the brick since the latest physics step."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -150,9 +150,9 @@ class Arena(Node):
 
     def advance(self, now: int, start: int) -> list[TransformStamped]:
         """
-        Execute all physics steps due at `now` (ns), and return the brick's transform after each.
+        Execute all physics steps due by `now` (ns), and return a brick transform for each step.
 
-        :param start: time (ns) of the first step after a start or a clock jump
+        :param start: time (ns) of the first step after the clock starts or jumps
         """
         # A riding brick is simulated one step ahead so that its latest transform is never older
         # than the latest transform of the platform.
@@ -161,7 +161,7 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # The brick rests in the first steps after `drop`, so the response precedes its motion.
+            # The brick stays still in the first steps after `drop`, so the response is sent first.
             if not self.just_released:
                 self.world.step()
             transforms.append(self.brick_transform(time))
@@ -178,7 +178,7 @@ class Arena(Node):
             WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_changes(self) -> None:
-        """Publish the state of the brick if it has changed, and log a clock jump."""
+        """Publish the brick's state if the state has changed, and log any clock jump."""
         if self.step_clock.jump:
             self.get_logger().warning(
                 f'The clock jumped by {self.step_clock.jump * SECONDS_PER_NS:+.3g} s, or this '
@@ -204,14 +204,14 @@ class Arena(Node):
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return a marker for a brick with a given phase and size (m)."""
+    """Return a marker for a brick of a given size (m) in a given phase."""
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker
 
 
 def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
-    """Return the shell commands for placing the brick at a location (m) and for dropping it."""
+    """Return the shell commands to place the brick at a location (m, world frame) and drop it."""
     x, y, z = location
     return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
             f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
@@ -231,7 +231,7 @@ def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Ve
 
 
 def wall_markers(size: float, height: float) -> MarkerArray:
-    """Return walls around the square from (0, 0) to (size, size). All lengths are in meters."""
+    """Return markers for walls around the square from (0, 0) to (size, size). Lengths are in m."""
     middle, outside = size / 2.0, WALL_THICKNESS / 2.0
     along_x = (size + 2.0 * WALL_THICKNESS, WALL_THICKNESS, height)
     along_y = (WALL_THICKNESS, size, height)

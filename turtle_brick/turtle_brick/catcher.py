@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-catcher: make the robot catch the brick, carry it to the center, and tip it off the platform.
+catcher: make the robot catch a brick, carry it to the arena's center, and tip it off the platform.
 
 Publishes:
     goal_pose (geometry_msgs/PoseStamped): goal of the robot in the world frame
@@ -22,14 +22,14 @@ Publishes:
         shown for 3 s once per fall
     catcher_state (std_msgs/String, latched): current state: waiting, approaching, carrying,
         tilting or leveling
-    catcher_decision (std_msgs/String, latched): "reachable: ..." or "unreachable: ..." with the
-        reason, once per fall
+    catcher_decision (std_msgs/String, latched): once per fall, either "reachable: ..." or
+        "unreachable: ..." with the reason
 
 Subscribes:
     /tf, /tf_static: poses of the brick and the robot
 
-The nodes can run on several machines if command_latency covers the delay of the links and the
-clocks are synchronized, for example with chrony.
+The nodes can run on several machines if command_latency covers the network delays and the clocks
+are synchronized, for example with chrony.
 
 Parameters, read-only:
     all parameters in config/turtle.yaml; the catcher uses max_velocity, command_latency,
@@ -59,24 +59,24 @@ COMMANDS = QoSProfile(depth=1)
 """QoS for goals and tilt commands. With a depth of 1, a lost command does not delay newer ones."""
 
 TEXT_HEIGHT = 0.6
-"""Height (m) of the letters in the marker."""
+"""Height (m) of the letters in the "Unreachable" marker."""
 
 TEXT_COLOR: Color = (1.0, 0.15, 0.1, 1.0)
 
 TEXT_LIFETIME = 3
-"""Lifetime (s) of the marker."""
+"""Lifetime (s) of the "Unreachable" marker."""
 
 
 class CatcherNode(Node):
     """Make the robot catch falling bricks."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create a node that waits for a fall. The options are for rclpy.node.Node."""
+        """Create a node that waits for a brick to fall. The options are for rclpy.node.Node."""
         super().__init__('catcher', **node_options)
         self.parameters = declare_parameters(self)
         self.catcher = Catcher(self.parameters)
         self.is_complete = False
-        """Whether the robot and the brick have been found."""
+        """Whether all required transforms and subscribers have been found."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
@@ -126,7 +126,7 @@ class CatcherNode(Node):
             self.warn_of_late_robot(self.catcher.robot.response_time)
 
     def warn_of_late_robot(self, time: float) -> None:
-        """Log once that the robot needed more time (s) than command_latency to start moving."""
+        """Log once that the response time (s) of the robot exceeded command_latency."""
         self.get_logger().warning(
             f'The robot needed {time:.2f} s to respond to a goal, but command_latency is '
             f'{self.parameters.command_latency:g} s, so bricks may be missed. Set '

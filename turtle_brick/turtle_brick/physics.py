@@ -22,15 +22,15 @@ Simulate a brick that falls onto a platform, rides on it and slides off.
 A release starts a fall. Placing the brick changes any phase to HOVERING.
 
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
-closed form does not accumulate errors. A sliding brick accelerates at g sin(tilt).
+height formula does not accumulate errors. A sliding brick accelerates at g sin(tilt).
 
-The location of the brick is its center. Contact with the platform or the ground occurs at the
-bottom of the brick. The brick always has the same inclination as the platform, even while it
-hovers, because the assignment requires it.
+The location of the brick is that of its center. The brick touches the platform or the ground with
+its bottom. The assignment requires the brick to have the same inclination as the platform at all
+times, even while it hovers.
 
-A brick lands if its center is above the platform, because the assignment specifies only the
-platform's radius and the robot's position. A sliding brick leaves the platform when its entire
-bottom is outside the radius. The assignment requires the brick's trailing edge to clear the rim.
+A brick lands on the platform if the brick's center is within the platform's radius. A sliding
+brick leaves the platform when its entire bottom is outside this radius, because the assignment
+requires the trailing edge to clear the platform.
 """
 
 from enum import Enum
@@ -46,10 +46,10 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Maximum distance (m) below the resting height at which a brick can still land."""
+"""Maximum distance (m) below its resting height from which a brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
-"""Minimum vertical component of the platform's unit normal for supporting the brick."""
+"""Minimum vertical component of the unit normal of a platform that supports a brick."""
 
 
 class Phase(Enum):
@@ -107,7 +107,7 @@ class World:
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
         """Velocity (m/s) of the riding brick along the x and y axes of the platform frame."""
         self._relative_yaw = 0.0
-        """Heading (rad) of the riding brick relative to the heading of the hinge."""
+        """Yaw (rad) of the riding brick relative to the yaw of the platform's hinge."""
         self.brick = brick
 
     @classmethod

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-turtle_robot: drive the turtle in turtlesim as a robot with odometry and joints.
+turtle_robot: drive the turtle in turtlesim, and present it as a robot with odometry and joints.
 
 Units and axes follow REP 103. The frames follow REP 105, with world instead of map.
 
@@ -127,7 +127,7 @@ class TurtleRobot(Node):
                 'rad. This pose defines odom.')
 
     def on_goal(self, message: PoseStamped) -> None:
-        """Drive to a goal, or to the nearest point inside the arena."""
+        """Drive to a goal, or to the nearest point in the arena if the goal is outside."""
         try:
             goal = self.goal_in_world(message)
         except ValueError as error:
@@ -142,7 +142,7 @@ class TurtleRobot(Node):
         self.driver.drive_to(x, y)
 
     def goal_in_world(self, message: PoseStamped) -> tuple[float, float]:
-        """Return a goal (m) in the world frame, or raise ValueError if it must be ignored."""
+        """Return a goal (m) in the world frame, or raise ValueError if the goal is not valid."""
         frame = message.header.frame_id or WORLD
         if frame not in (WORLD, ODOM, BASE_LINK):
             raise ValueError(f'its frame is "{frame[:40]}". Use "{WORLD}", "{ODOM}" or '
@@ -203,7 +203,7 @@ class TurtleRobot(Node):
         self.odom_publisher.publish(self.odometry)
 
     def pose_of_frame(self, name: str) -> Pose | None:
-        """Return the pose of world, odom or base_link, or None if the pose is unknown."""
+        """Return the pose of world, odom or base_link in world, or None if the pose is unknown."""
         origin, pose = self.odometer.origin, self.odometer.pose
         if name == WORLD:
             return upright(Pose2D(0.0, 0.0, 0.0))

@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Track the motion of the brick in a sequence of its positions.
+Track the motion of the brick from a sequence of positions.
 
 `Fall` describes a free fall without drag, and `FallDetector` distinguishes a fall from other
 motions. `BrickTracker` also records whether the brick has landed on the platform, and measures the
-time for which the brick has been still. All timestamps (ns) come from one clock.
+time for which the brick has been still. All timestamps (ns) come from the same clock.
 """
 
 from collections import deque
@@ -71,32 +71,32 @@ class FallDetector:
     """
     Detect free fall in a sequence of positions.
 
-    A fall is detected if three positions form a vertical line and show gravitational acceleration.
-    At 250 positions per second, the detection takes 8 ms.
+    A fall is detected when three consecutive positions lie on a vertical line and the acceleration
+    between them matches gravity. At 250 positions per second, the detection takes 8 ms.
     """
 
     ACCELERATION_TOLERANCE = 0.1
-    """Maximum relative deviation from the gravitational acceleration."""
+    """Maximum relative deviation of a brick's measured acceleration from gravity during a fall."""
 
     SIDEWAYS_FRACTION = 0.01
-    """Maximum ratio of sideways motion to vertical motion. This limit excludes slides on slopes
-    steeper than 72 degrees, which ACCELERATION_TOLERANCE does not exclude."""
+    """Maximum ratio of sideways motion to vertical motion in a fall. This limit excludes slides on
+    slopes steeper than 72 degrees, which ACCELERATION_TOLERANCE does not exclude."""
 
     SIDEWAYS_TOLERANCE = 1e-4
     """Maximum sideways motion (m) between two consecutive positions in a fall."""
 
     HEIGHT_TOLERANCE = 0.01
-    """Maximum deviation (m) from the predicted height during a fall."""
+    """Maximum deviation (m) of a falling brick from its predicted height."""
 
     def __init__(self, gravity: float) -> None:
-        """Create a detector for a given gravitational acceleration (m/s^2)."""
+        """Create a fall detector for a given gravitational acceleration (m/s^2)."""
         self.gravity = gravity
         self.fall: Fall | None = None
         """Current fall, or None if the brick is not falling."""
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, position: Vector) -> None:
-        """Record a position (m) of the brick at a given time (ns), and update the fall."""
+        """Record a position (m) of the brick at a given time (ns), and update `fall`."""
         x, y, z = position
         samples = self._samples
         if samples:
@@ -137,7 +137,7 @@ class BrickTracker:
         :param resting_height: height (m) of the center of a brick on the level platform
         """
         self.position: Vector = (inf, inf, inf)
-        """Latest center (m) of the brick in the world frame, infinite before any observation."""
+        """Latest position (m) of the brick's center in the world frame, initially infinite."""
         self.has_landed = False
         """Whether the brick has landed on the platform and is still at its resting height."""
         self._resting_height = resting_height
@@ -153,7 +153,7 @@ class BrickTracker:
 
     @property
     def is_falling_to_platform(self) -> bool:
-        """Return whether the brick is falling and is not below the top of the platform yet."""
+        """Return whether the brick is falling and has not passed the top of the platform yet."""
         return (self.fall is not None
                 and self.position[2] > self._resting_height - HEIGHT_TOLERANCE)
 
@@ -167,18 +167,18 @@ class BrickTracker:
         Record a position of the brick.
 
         :param stamp: timestamp (ns) of the position
-        :param position: center (m) of the brick in the world frame
+        :param position: position (m) of the brick's center in the world frame
         :param is_attached: whether the platform is the parent frame of the brick
         """
         fall, height_before = self.fall, self.position[2]
         self._detector.observe(stamp, position)
-        # The arena in another workspace may leave world as the parent of a riding brick. In this
-        # case, the brick has landed if its fall ends when the brick reaches the resting height.
+        # An arena node from another workspace may keep world as the parent frame of a brick on the
+        # platform. In this case, the brick has landed if its fall ends at the resting height.
         has_fallen = (fall is not None and self.fall is None
                       and height_before > self._resting_height - HEIGHT_TOLERANCE
                       and fall.height(stamp, self._detector.gravity)
                       < self._resting_height + HEIGHT_TOLERANCE)
-        # Our arena detaches a brick only when the brick leaves the platform or is placed.
+        # This package's arena detaches a brick only if the brick leaves the platform or is placed.
         was_detached = self._is_attached and not is_attached
         self.has_landed = (
             (is_attached or has_fallen or (self.has_landed and not was_detached))

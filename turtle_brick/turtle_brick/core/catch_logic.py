@@ -13,13 +13,13 @@
 # limitations under the License.
 
 """
-Compute the goals and tilt commands for catching the brick, carrying it, and tipping it off.
+Compute goals and tilt commands to catch a brick, carry it, and tip it off the platform.
 
     WAITING --> APPROACHING --> CARRYING --> TILTING --> LEVELING --> WAITING
 
-`Catcher` works in four stages: it records the transforms (track), decides once per fall whether
-the brick is reachable (decide), computes the next state (transition), and returns the goals and
-tilt commands to publish (command). All timestamps (ns) come from one clock.
+`Catcher` works in four stages. It records the transforms, and decides once per fall whether the
+brick is reachable. It then computes its next state, and returns the goals and tilt commands to
+publish. All timestamps (ns) come from the same clock.
 """
 
 from enum import Enum
@@ -41,16 +41,16 @@ CENTER = (ARENA_CENTER, ARENA_CENTER)
 """Center (m) of the arena. The robot carries the bricks to this point."""
 
 RAMP_TIME = 0.5
-"""Time (s) that the platform takes to tilt or to become level."""
+"""Time (s) that the platform takes to tilt or to return to level."""
 
 TILTING_TIMEOUT = 10.0
 """Timeout (s) for the brick to leave the tilted platform."""
 
 SETTLING_TIME = 0.05
-"""Time (s) without motion after which a brick beside the platform has left it."""
+"""Time (s) without motion after which a brick beside the platform counts as having left it."""
 
 LYING_TIME = 1.0
-"""Time (s) for which a brick must lie on a level, resting platform before it is carried off."""
+"""Time (s) for which a brick must lie still on a level platform before the robot carries it."""
 
 GOAL_TOLERANCE = 0.02
 """Maximum distance (m) from the goal at which a robot at rest counts as having arrived."""
@@ -71,7 +71,7 @@ DRIVING_STATES = (State.APPROACHING, State.CARRYING)
 
 
 class Observation(NamedTuple):
-    """Snapshot of everything that the next state depends on."""
+    """Snapshot of everything that the catcher's next state depends on."""
 
     state_time: float = 0.0
     """Time (s) that the catcher has spent in its current state."""
@@ -86,18 +86,18 @@ class Observation(NamedTuple):
     still_for: float = 0.0
     """Time (s) for which the brick has not moved."""
     is_robot_idle: bool = False
-    """Whether the robot is at rest with a level platform."""
+    """Whether the robot is at rest and its platform is level."""
     is_at_center: bool = False
-    """Whether the robot is at rest in the center of the arena."""
+    """Whether the robot is at rest at the center of the arena."""
     is_level_commanded: bool = True
-    """Whether the last tilt command was 0, or no tilt command has been published."""
+    """Whether the last tilt command was 0 rad, or no tilt command has been published."""
 
 
 def transition(state: State, observation: Observation) -> State:
     """
     Return the next state of the catcher, which may be the current state.
 
-    Any state becomes APPROACHING if a falling brick is reachable. Otherwise:
+    Any state changes to APPROACHING if a falling brick is reachable. Otherwise:
 
         APPROACHING --> CARRYING    the brick is on the platform
         APPROACHING --> LEVELING    the brick no longer falls toward the platform
@@ -107,7 +107,7 @@ def transition(state: State, observation: Observation) -> State:
         LEVELING    --> WAITING     the platform has been commanded to be level
         WAITING     --> CARRYING    a brick lies on the level platform of a robot at rest
 
-    If the arena stops during a fall, APPROACHING lasts until the brick is observed again.
+    If the arena node stops during a fall, the state stays APPROACHING until the brick reappears.
     """
     o = observation
     if o.has_reachable_fall:
@@ -125,7 +125,7 @@ def transition(state: State, observation: Observation) -> State:
         return State.LEVELING if has_left or o.state_time > TILTING_TIMEOUT else state
     if state is State.LEVELING:
         return State.WAITING if o.is_level_commanded else state
-    # The brick was declared unreachable but landed on the platform, or was there at the start.
+    # The brick was on the platform at the start, or landed although it was declared unreachable.
     is_lying = o.is_on_platform and o.is_robot_idle and o.still_for >= LYING_TIME
     return State.CARRYING if is_lying else state
 
@@ -155,10 +155,10 @@ def ramp(start: float, end: float, time: float) -> float:
 
 
 class Catcher:
-    """Catch each reachable brick, carry it to the center of the arena, and tip it off."""
+    """Catch each reachable brick, carry it to the arena's center, and tip it off the platform."""
 
     def __init__(self, parameters: Parameters) -> None:
-        """Create a catcher that waits for a fall."""
+        """Create a catcher that waits for a brick to fall."""
         self.parameters = parameters
         self._reset(0)
 
@@ -167,13 +167,13 @@ class Catcher:
         self.decision: Decision | None = None
         """Latest decision."""
         self.brick = BrickTracker(self.parameters.gravity_accel, resting_height(self.parameters))
-        """Tracker that records each position of the brick as soon as it is received."""
+        """Tracker that records each position of the brick as soon as the position is received."""
         self.robot = RobotTracker(self.parameters.command_latency)
         self._now = self._state_start = now
         self._goal = CENTER
-        """Last goal (m) in the world frame."""
+        """Last goal (m) of the robot in the world frame."""
         self._tilt_angle = self._ramp_start = 0.0
-        """Commanded angle (rad) of the platform, now and at the start of the ramp."""
+        """Commanded platform angles (rad), at present and at the start of the ramp."""
 
     @property
     def undecided_fall(self) -> Fall | None:
@@ -216,7 +216,7 @@ class Catcher:
             self.robot.record_goal(now, goal)
             actions.append(DriveGoal(*goal))
         if landing_point is not None:
-            self._tilt_angle = 0.0  # The platform must be level at once.
+            self._tilt_angle = 0.0  # Level the platform immediately.
             actions.append(TiltCommand(0.0))
         return actions + self._tilt_commands()
 
@@ -236,7 +236,7 @@ class Catcher:
             is_level_commanded=self._tilt_angle == 0.0)
 
     def _elapsed(self, time: int) -> float:
-        """Return the time (s) since a given time (ns)."""
+        """Return the time (s) that has elapsed since a given time (ns)."""
         return (self._now - time) * SECONDS_PER_NS
 
     def _has_arrived_at(self, goal: tuple[float, float]) -> bool:
@@ -246,7 +246,7 @@ class Catcher:
                 and robot.distance_to(goal) <= GOAL_TOLERANCE)
 
     def _new_goal(self, previous: State) -> tuple[float, float] | None:
-        """Return a goal (m, world frame) if the state or the robot requires one, or None."""
+        """Return a goal (m, world frame) if a goal must be published now, or None."""
         robot, state = self.robot.state, self.state
         if state is State.CARRYING and previous is not State.CARRYING:
             return CENTER
@@ -256,11 +256,11 @@ class Catcher:
             return within_arena(robot.x, robot.y)
         if (state in DRIVING_STATES and robot.is_at_rest
                 and not self._has_arrived_at(self._goal)):
-            return self._goal  # The goal was lost, or another node has published a goal.
+            return self._goal  # The goal message was lost, or another node has published a goal.
         return None
 
     def _tilt_commands(self) -> list[Action]:
-        """Return the tilt command that follows the ramp of the current state, if any."""
+        """Return the next tilt command on the ramp in a list, or an empty list after the ramp."""
         target = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
         if self._tilt_angle == target:
             return []

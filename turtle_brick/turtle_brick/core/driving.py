@@ -16,14 +16,14 @@
 Drive the turtle at full speed and stop it at its goal.
 
 turtlesim queues up to seven commands and takes the oldest command every 16 ms. Commands at 100 Hz
-keep this queue full, so a command first affects a pose 61 to 77 ms after its publication. A
-controller that used the latest pose would overshoot and oscillate.
+keep turtlesim's queue full, so a command first affects a pose 61 to 77 ms after its publication. A
+controller that used only the latest pose would overshoot and oscillate.
 
-`Driver` is therefore a Smith predictor with a constant delay (O. J. M. Smith, 1957). To the latest
-pose, it adds the motion of all commands that this pose cannot show yet. It computes the next
-command for the resulting position.
+`Driver` is therefore a Smith predictor (Smith, 1957) with a constant delay. It predicts the
+turtle's position by adding, to the latest pose, the motion of all commands that this pose does not
+reflect yet. It then computes the next command for the predicted position.
 
-All times (s) come from one monotonic clock. The caller passes the current time.
+All times (s), including those passed by the caller, come from the same monotonic clock.
 """
 
 from collections import deque
@@ -44,17 +44,17 @@ POSE_TIMEOUT = 0.25
 """Maximum age (s) of a pose used for driving."""
 
 BRAKING_TIME = 0.064
-"""Time constant (s) of the final approach, in which the speed is distance / BRAKING_TIME. A
-shorter time would cause an overshoot because the delay of each command varies by 16 ms."""
+"""Time constant (s) of the final approach, in which the speed is goal distance / BRAKING_TIME. A
+shorter time would cause overshoot because the delay varies by 16 ms between commands."""
 
 STOP_DISTANCE = 0.0005
 """Distance (m) from the goal at which the turtle stops."""
 
 START_DISTANCE = 0.003
-"""Distance (m) from the goal at which a stopped turtle starts again."""
+"""Distance (m) from the goal at which a stopped turtle starts moving again."""
 
 TURN_DISTANCE = 0.005
-"""Distance (m) from the goal within which corrections do not turn the stem."""
+"""Distance (m) from the goal within which position corrections do not turn the stem."""
 
 HIDDEN_COMMANDS = round((POSE_TIMEOUT + COMMAND_DELAY) / COMMAND_PERIOD)
 """Maximum number of commands whose effect is not yet visible in a valid pose."""
@@ -67,11 +67,11 @@ class Driver:
         """Create a driver with a given speed limit (m/s) and no goal."""
         self.max_velocity = max_velocity
         self.goal: tuple[float, float] | None = None
-        """Goal (m) in the world frame."""
+        """Goal (m) of the turtle in the world frame."""
         self.arrived = False
-        """Whether the published commands stop the turtle at its goal."""
+        """Whether the turtle will be at its goal after all published commands."""
         self.stem_angle = 0.0
-        """Direction (rad) of the last command that drove the turtle, in the turtle's frame."""
+        """Direction (rad) of the stem in the turtle's frame, unchanged by small corrections."""
         self.predicts = True
         """Whether the driver uses the predicted position. If not, the turtle overshoots."""
         self.pose: TurtlePose | None = None
@@ -81,13 +81,13 @@ class Driver:
         """Times (s) and velocities (m/s, in the turtle's frame) of the latest commands."""
 
     def drive_to(self, x: float, y: float) -> None:
-        """Set a goal (m) in the world frame."""
+        """Set the goal (m) of the turtle in the world frame."""
         if self.goal != (x, y):
             self.goal = (x, y)
             self.arrived = False
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Record a pose received at `now` (s)."""
+        """Record a turtle pose received at `now` (s)."""
         self.pose, self._pose_time = pose, now
 
     def command(self, now: float) -> tuple[float, float]:
@@ -104,7 +104,7 @@ class Driver:
         return velocity
 
     def _approach(self, goal: tuple[float, float], pose: TurtlePose) -> tuple[float, float]:
-        """Return the velocity (m/s, in the turtle's frame) that leads the turtle to its goal."""
+        """Return the velocity (m/s, in the turtle's frame) that moves the turtle to its goal."""
         x, y = self._predict(pose) if self.predicts else pose[:2]
         dx, dy = goal[0] - x, goal[1] - y
         distance = hypot(dx, dy)
@@ -118,7 +118,7 @@ class Driver:
         return (speed * cos(angle), speed * sin(angle))
 
     def _predict(self, pose: TurtlePose) -> tuple[float, float]:
-        """Return the position (m) after all commands that the pose cannot show yet."""
+        """Return the predicted position (m) after all commands that the pose does not reflect."""
         hidden = [(linear_x, linear_y) for time, linear_x, linear_y in self._sent
                   if time > self._pose_time - COMMAND_DELAY]
         forward = sum(linear_x for linear_x, _ in hidden) * COMMAND_PERIOD
@@ -129,10 +129,10 @@ class Driver:
 
 def braking_loss(radius: float, max_velocity: float) -> float:
     """
-    Return the time (s) that braking adds until the robot is within `radius` (m) of its goal.
+    Return the time (s) that braking adds to a drive that ends within `radius` (m) of the goal.
 
     Without braking, the drive would take (distance - radius) / max_velocity. The robot brakes in
-    the last max_velocity * BRAKING_TIME meters, which are usually within the radius.
+    the last max_velocity * BRAKING_TIME meters, usually only after it has come within `radius`.
     """
     braking_distance = max_velocity * BRAKING_TIME
     if radius >= braking_distance:

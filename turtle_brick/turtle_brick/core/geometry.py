@@ -15,8 +15,8 @@
 """
 Vectors, rotations, poses and colors as plain tuples.
 
-Units and axes follow REP 103: SI units, right-handed frames, z up, yaw counter-clockwise.
-Quaternions are unit quaternions (x, y, z, w). A pose maps a point p in its own frame to
+Units and axes follow REP 103 (SI units, right-handed frames, z up, yaw counterclockwise).
+Quaternions have unit length and the order (x, y, z, w). A pose maps a point p in its own frame to
 rotate(orientation, p) + position in the parent frame.
 """
 
@@ -32,7 +32,7 @@ Color = tuple[float, float, float, float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 MAX_COORDINATE = 1e9
-"""Maximum valid coordinate (m). Products of valid coordinates are finite."""
+"""Maximum valid coordinate (m). This limit keeps all products of coordinates finite."""
 
 
 class Pose(NamedTuple):
@@ -48,7 +48,7 @@ class Pose(NamedTuple):
 
 
 class Pose2D(NamedTuple):
-    """Position (m) and heading (rad) of a frame in the plane of its parent frame."""
+    """Position (m) and heading (rad) of a frame in the xy plane of its parent frame."""
 
     x: float
     y: float
@@ -107,7 +107,7 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return the distance (m) from the origin to a rectangle, or 0 if the origin is inside.
 
-    The center of the rectangle is (x, y) (m). The `length` sides have the heading `yaw` (rad).
+    The rectangle has its center at (x, y) (m) and its `length` (m) along the heading `yaw` (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

@@ -15,10 +15,10 @@
 """
 Compute the wheel odometry from the poses published by turtlesim. The frames follow REP 105.
 
-The wheel rolls without slipping, so its angle is the path length divided by its radius. The path
-length is the integral of the forward velocity, computed as the sum of the distances between
-poses. Therefore, the angle is correct even at a wall and after a lost pose. A teleport does not
-turn the wheel.
+The wheel rolls without slipping, so its angle is the robot's path length divided by the wheel
+radius. The path length is the integral of the forward velocity, computed as the sum of the
+distances between consecutive poses. The wheel angle is therefore correct even at a wall and after
+a lost pose. A teleport does not turn the wheel.
 """
 
 from math import hypot
@@ -27,7 +27,7 @@ from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
-"""Minimum motion (m) that is not a rounding error of the float32 coordinates."""
+"""Minimum motion (m) that cannot be a rounding error in float32 coordinates."""
 
 
 class Odometer:
@@ -49,7 +49,7 @@ class Odometer:
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
 
     def observe(self, now: float, pose: TurtlePose) -> None:
-        """Update the odometry with a pose received at `now` (s)."""
+        """Update the odometry with a turtle pose received at `now` (s)."""
         world_pose = Pose2D(pose.x, pose.y, pose.theta)
         if self._last is None:
             self.origin = world_pose
@@ -60,15 +60,15 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        """Turn the wheel by the distance that the turtle has moved, unless it teleported."""
+        """Roll the wheel by the distance that the turtle moved, unless the turtle teleported."""
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # If the path is too long for the reported speeds and elapsed ticks, the turtle teleported.
+        # The turtle teleported if the path is too long for the reported speeds and elapsed ticks.
         speed = max(last.linear_velocity, pose.linear_velocity)
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
         if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # After a lost pose, the path covers several ticks. At a wall, the path is cut short.
+        # The path covers several ticks after a lost pose, and is cut short at a wall.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius

@@ -16,9 +16,9 @@
 Parameters in config/turtle.yaml with their valid ranges.
 
 `load` reads the file without ROS, and `turtle_brick.ros.node_parameters.declare_parameters`
-declares the parameters of a node. Both check every value with PARAMETER_RULES and return
-`Parameters`, or raise a ParameterError. The robot description, urdf/turtle.urdf.xacro, refuses
-combinations of valid dimensions that no robot can have.
+declares the parameters of a node. Both functions check every value against PARAMETER_RULES, and
+return `Parameters` or raise ParameterError. The robot description, urdf/turtle.urdf.xacro, rejects
+combinations of individually valid dimensions that no robot can have.
 
 To add a parameter, add it to config/turtle.yaml, to Parameters and to PARAMETER_RULES.
 """
@@ -90,7 +90,7 @@ class ParameterRule(NamedTuple):
 
     description: str
     unit: str
-    """Unit, or an empty string for a ratio."""
+    """Unit of the value, or an empty string for a ratio."""
     lower: float
     """Minimum valid value of a number, or of each component of a vector."""
     upper: float
@@ -106,10 +106,10 @@ class ParameterRule(NamedTuple):
         """
         Return the value of a parameter as a float or a tuple of floats.
 
-        :raises ParameterError: if the value has another type or is out of range
+        :raises ParameterError: if the value has the wrong type or is out of range
         """
         numbers = [value] if self.length == 1 else value
-        # NaN is out of range because every comparison with NaN is false.
+        # NaN fails this range check because every comparison with NaN is false.
         if (not isinstance(numbers, (list, tuple)) or len(numbers) != self.length
                 or not all(_is_number(number) and self.lower <= number <= self.upper
                            for number in numbers)):
@@ -118,7 +118,7 @@ class ParameterRule(NamedTuple):
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether a value is an integer or a float. A boolean is not a number."""
+    """Return whether a value is an integer or a float, but not a boolean."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
@@ -156,7 +156,7 @@ def load(path: str | Path | None = None) -> Parameters:
     """
     Read all parameters from a ROS parameter file, by default config/turtle.yaml.
 
-    :raises ParameterError: if the file is unreadable or invalid (the message begins with its path)
+    :raises ParameterError: if the file is unreadable or invalid (the message names the file)
     """
     import yaml  # The page in web/ runs without PyYAML.
     path = default_path() if path is None else path
@@ -180,7 +180,7 @@ def load(path: str | Path | None = None) -> Parameters:
 
 
 def _check_notation(name: str, value: Any) -> None:
-    """Refuse text that looks like a number, and lists that mix integers and floats."""
+    """Reject strings that look like numbers, and lists that mix integers and floats."""
     if isinstance(value, str):
         try:
             number = float(value)

@@ -19,16 +19,16 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
 
     time needed = command_latency + (distance - platform_radius) / max_velocity + braking loss
 
-- The brick falls straight down without drag. It lands when its bottom reaches the top of the level
-  platform. A brick is unreachable if its bottom is already below the platform's top.
+- The brick falls straight down without drag, and lands when its bottom reaches the top of the
+  level platform. A brick is unreachable if its bottom is already below the platform's top.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
-  robot therefore drives platform_radius less, or not at all.
+  driving distance is therefore shorter by platform_radius, but at least 0.
 - The braking loss is 0 unless platform_radius is shorter than the braking distance of the robot.
-- A moving robot first executes the commands already sent. Its distance to the brick is therefore
-  assumed to be longer by max_velocity * command_latency.
+- A moving robot first executes the commands already sent. The distance from a moving robot to the
+  brick is therefore assumed to be longer by max_velocity * command_latency.
 - A robot at rest whose level platform is already under the brick needs no time.
 
-All timestamps (ns) come from one clock.
+All timestamps (ns) come from the same clock.
 """
 
 from math import inf, isnan, sqrt
@@ -56,7 +56,7 @@ class Decision(NamedTuple):
     needed: float
     """Time (s) from the decision until the platform can be under the brick."""
     distance: float
-    """Current horizontal distance (m) from the robot to the brick."""
+    """Horizontal distance (m) from the robot to the brick at the time of the decision."""
     reason: str
     """Reason why the brick is unreachable, or an empty string if it is reachable."""
 
@@ -89,11 +89,11 @@ def drive_time(distance: float, parameters: Parameters) -> float:
     """
     Return the time (s) from a decision until the platform is under a brick.
 
-    The command latency of nodes on one machine is at most 0.11 s. It consists of three message
-    transports (goal, pose, transform: 1.2 ms), the wait for the next cycle of turtle_robot
-    (10 ms), turtlesim's queue (six newer commands, one tick and a transport: 76.4 ms), the wait
-    for the next transform of turtle_robot (10 ms), and 12.4 ms for the next physics step and the
-    operating system. Leveling the platform takes less time than that.
+    If all nodes run on one machine, the command latency is at most 0.11 s. Three message
+    transports (goal, pose and transform) take 1.2 ms. The wait for the next cycle of turtle_robot
+    takes 10 ms, and the wait for its next transform takes another 10 ms. turtlesim's queue (six
+    newer commands, one tick and a transport) takes 76.4 ms. The remaining 12.4 ms are for the next
+    physics step and the operating system. Leveling the platform takes less than 0.11 s.
 
     :param distance: horizontal distance (m) from the platform axis to the brick
     """
@@ -104,7 +104,7 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
 
 def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Parameters) -> float:
-    """Return the maximum time (s) until the platform is level and under a point (m)."""
+    """Return the maximum time (s) until the level platform is under a point (m, world frame)."""
     distance = robot.distance_to(point)
     if not robot.is_at_rest:
         return drive_time(distance + parameters.max_velocity * parameters.command_latency,
@@ -145,7 +145,7 @@ def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
         distance = robot.distance_to(fall.position)
         needed = time_needed(fall.position, robot, parameters)
         reason = _landing_problem(fall, time, parameters)
-        # Late transforms can put the landing in the past.
+        # If transforms arrive late, the predicted landing time can be in the past.
         remaining = max(available, 0.0)
         if not reason and needed > remaining:
             reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick '

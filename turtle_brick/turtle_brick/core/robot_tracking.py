@@ -13,11 +13,11 @@
 # limitations under the License.
 
 """
-Track the robot from its transforms and the catcher's commands.
+Track the state of the robot from its transforms and the catcher's commands.
 
-turtlesim executes commands with a delay, so a robot that has just received a goal still looks as
-if it were at rest. `RobotTracker` therefore considers the robot to be at rest only when the last
-goal is older than the command latency. All timestamps (ns) come from one clock.
+turtlesim executes commands with a delay, so a robot that has just received a goal still appears to
+be at rest. `RobotTracker` therefore considers the robot to be at rest only when the last goal is
+older than the command latency. All timestamps (ns) come from the same clock.
 """
 
 from math import hypot, inf
@@ -32,7 +32,7 @@ REST_TIME = 0.07
 four turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
-"""Distance (m) beyond which a new goal is sure to move a robot at rest."""
+"""Distance (m) from a robot at rest beyond which a new goal is sure to move the robot."""
 
 
 class RobotState(NamedTuple):
@@ -57,20 +57,20 @@ class RobotTracker:
     def __init__(self, command_latency: float) -> None:
         """Create a tracker for a robot that responds to a command within a given time (s)."""
         self.state: RobotState | None = None
-        """State of the robot at its latest transform, or None if the robot is unavailable."""
+        """State of the robot at its latest transform time, or None if the robot is unavailable."""
         self.response_time = 0.0
-        """Time (s) that a late robot needed to respond to a goal, or 0 if no robot was late."""
+        """Last robot response time (s) that exceeded the command latency, or 0 if none has."""
         self._latency = command_latency
         self._stamp = 0
         self._last_motion = 0
         self._goal: tuple[float, float] | None = None
         self._goal_time = self._tilt_time = -inf
-        """Times (ns) of the last goal and of the last tilt command other than 0."""
+        """Times (ns) of the last goal and of the last tilt command other than 0 rad."""
         self._awaited_goal_time: int | None = None
         """Time (ns) of a goal that a robot at rest has yet to respond to, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
-        """Record the platform at a given time (ns). None means that the robot is unavailable."""
+        """Record the platform at a given time (ns), or None if the robot is unavailable."""
         if platform is None:
             self.state = self._awaited_goal_time = None
             return

@@ -29,16 +29,16 @@ class Platform:
     """Pose, axes, heading and inclination of the platform."""
 
     pose: Pose
-    """Pose of the platform frame in the world frame. The origin is at the center of the base."""
+    """Pose of the platform frame (origin at the center of the base) in the world frame."""
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the unit vectors of the platform frame in the world frame. y is the hinge."""
+        """Return the platform's unit vectors in the world frame. The hinge is along the y axis."""
         return axes(self.pose.orientation)
 
     @cached_property
     def hinge_yaw(self) -> float:
-        """Return the heading (rad) of the hinge, which does not depend on the tilt."""
+        """Return the yaw (rad) of the hinge, which does not depend on the tilt."""
         hinge_x, hinge_y, _ = self.axes[1]
         return atan2(-hinge_x, hinge_y)
 

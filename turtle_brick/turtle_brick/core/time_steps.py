@@ -26,7 +26,7 @@ class StepClock:
     Compute the times of the periodic steps that have become due.
 
     The time of step k is t0 + k * period in integer nanoseconds, so rounding errors do not
-    accumulate. After a late or skipped callback, the next call to `due` returns all due steps.
+    accumulate. After a late or skipped callback, the next call to `due` returns all due times.
     """
 
     def __init__(self, period: int) -> None:
@@ -41,7 +41,7 @@ class StepClock:
         """
         Return the times (ns) of the steps that have become due since the last call.
 
-        The step clock restarts with a single step if the last step is more than LONGEST_GAP old or
+        The step clock restarts with a single step if the last step is older than LONGEST_GAP or
         more than one period ahead of `now`.
 
         :param now: current time (ns)

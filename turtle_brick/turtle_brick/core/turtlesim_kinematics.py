@@ -12,11 +12,11 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Kinematics of turtlesim 1.8 without ROS. The results are bitwise equal to those of turtlesim.
+Kinematics of turtlesim 1.8 without ROS. The results are bitwise identical to those of turtlesim.
 
 Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
-1. Take one velocity command from a queue of up to seven.
+1. Take one velocity command from a queue of up to seven commands.
 2. Execute all requested teleports.
 3. Stop if the last command is more than one second old.
 4. Turn, move along the new heading, and stay inside the arena.
@@ -24,8 +24,8 @@ Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::up
 
 The time step is always 0.016 s, even if a tick is late.
 
-Internal positions are in double precision, and y points down from the upper left corner. Arguments
-and results are in float32, and y points up, as in turtlesim's messages.
+Internal positions have double precision, and y points down from the upper left corner. Poses in
+arguments and results have float32 precision, and y points up, as in turtlesim's messages.
 """
 
 from collections import deque
@@ -35,7 +35,7 @@ from typing import NamedTuple
 
 
 def float32(value: float) -> float:
-    """Return the nearest float32, or infinity if the value is out of range."""
+    """Return the float32 nearest to a value, or infinity if the value is out of range."""
     return c_float(value).value
 
 
@@ -43,25 +43,25 @@ TICK = 0.001 * 16
 """Duration (s) of a tick."""
 
 QUEUE_DEPTH = 7
-"""Length of the velocity command queue (QoS KeepLast(7))."""
+"""Capacity of the velocity command queue (QoS KeepLast(7))."""
 
 COMMAND_TIMEOUT = 1.0
 """Time (s) without a velocity command after which a turtle stops."""
 
 ARENA_SIZE = float32(499 / 45)
-"""Width and height (m) of the arena, which has 499 x 499 pixels. A pixel is 1/45 m."""
+"""Width and height (m) of the arena, which has 499 x 499 pixels. A pixel is 1/45 m wide."""
 
 ARENA_CENTER = float32(ARENA_SIZE / 2)
-"""x and y (m) of the arena's center."""
+"""x and y coordinates (m) of the arena's center."""
 
 _PI = 3.14159265
-"""Value of pi in turtlesim. With math.pi, which has more digits, the headings would differ."""
+"""Value of pi in turtlesim. With math.pi, the headings would differ from those in turtlesim."""
 
 _TWO_PI = 2.0 * _PI
 
 
 def within_arena(x: float, y: float) -> tuple[float, float]:
-    """Return the arena point (m) nearest to (x, y) in the world frame."""
+    """Return the point (m, world frame) inside the arena that is nearest to (x, y)."""
     return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
             0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
 
@@ -70,15 +70,15 @@ class TurtlePose(NamedTuple):
     """A pose published by turtlesim. Every number is a float32."""
 
     x: float
-    """Distance (m) from the left wall."""
+    """Distance (m) from the left wall to the turtle."""
     y: float
-    """Distance (m) from the lower wall."""
+    """Distance (m) from the lower wall to the turtle."""
     theta: float
-    """Heading (rad) in [-pi, pi), counter-clockwise from +x."""
+    """Heading (rad) in [-pi, pi), counterclockwise from +x."""
     linear_velocity: float
     """Commanded speed (m/s), which is never negative."""
     angular_velocity: float
-    """Commanded turn rate (rad/s), counter-clockwise."""
+    """Commanded turn rate (rad/s), counterclockwise."""
 
 
 def _normalize(angle: float) -> float:
@@ -105,23 +105,23 @@ class Turtle:
         self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
         self._teleports: list[tuple[bool, float, float, float]] = []
         self.holonomic = holonomic
-        """Whether commands change the sideways velocity."""
+        """Whether velocity commands affect the sideways velocity."""
         self.clamped: tuple[float, float] | None = None
-        """Position (m, y down) in the last tick before clamping at a wall, or None if the turtle
-        did not hit a wall."""
+        """Position (m, y down) of the turtle before it was clamped at a wall in the last tick, or
+        None if the turtle did not hit a wall."""
         self.pose = self._rounded_pose()
         """Pose after the last tick."""
 
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
-        """Append velocities (m/s, rad/s) to the queue. A full queue discards its oldest entry."""
+        """Queue velocities (m/s, rad/s) as one command. A full queue discards its oldest entry."""
         self._queue.append((linear_x, linear_y, angular_z))
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """Request a jump to a pose (m, rad) at the next tick. The velocity does not change."""
+        """Request a teleport to a pose (m, rad) at the next tick. The velocity does not change."""
         self._teleports.append((False, float32(x), float32(y), float32(theta)))
 
     def teleport_relative(self, linear: float, angular: float) -> None:
-        """Request a turn (rad) and a jump (m) along the new heading at the next tick."""
+        """Request a turn (rad) and then a jump (m) along the new heading at the next tick."""
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
@@ -144,7 +144,7 @@ class Turtle:
         x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)
         y_down = self._y_down - (cos * linear_y * TICK + sin * linear_x * TICK)
 
-        # Like turtlesim, do not clamp NaN.
+        # Like turtlesim, this code does not clamp NaN coordinates.
         is_outside = x < 0.0 or x > ARENA_SIZE or y_down < 0.0 or y_down > ARENA_SIZE
         self.clamped = (x, y_down) if is_outside else None
         self._x, self._y_down = within_arena(x, y_down)
@@ -178,7 +178,7 @@ class Turtle:
 
 
 class TurtleSim:
-    """Simulate several turtles, starting with turtle1 in the center of the arena."""
+    """Simulate several turtles, starting with turtle1 at the center of the arena."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
         """Create a simulator that starts at time `now` (s)."""
@@ -216,7 +216,7 @@ class TurtleSim:
         return self.turtles.pop(name, None) is not None
 
     def reset(self, now: float = 0.0) -> None:
-        """Remove all turtles and add turtle1 at rest in the center of the arena."""
+        """Remove all turtles and add turtle1 at rest at the center of the arena."""
         self.turtles = {}
         self._names = 0
         self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
@@ -225,7 +225,7 @@ class TurtleSim:
         """
         Execute one 16 ms tick and return the turtles' poses, keyed by name.
 
-        The first tick takes commands and starts turtlesim's clock, but does not return any poses.
+        The first call takes commands and starts turtlesim's clock, but does not return any poses.
         """
         if not self._started:
             self._started = True

@@ -18,7 +18,7 @@ Start and shut down a node process.
     with init(args):
         spin(Arena())
 
-The signal handlers of rclpy are not used, because they shut down the context during a callback.
+The signal handlers of rclpy are not used, because they can shut down the context in a callback.
 With the signal handlers of rclpy, 4 of 12 nodes printed an error after Ctrl-C.
 """
 
@@ -70,7 +70,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     """
     Spin a node until Ctrl-C or SIGTERM, and then destroy the node.
 
-    :param executor: executor for the node, by default the one from `make_executor`
+    :param executor: executor for the node, by default the result of `make_executor`
     """
     executor = executor or make_executor()
     executor.add_node(node)
@@ -98,6 +98,6 @@ def _request_shutdown(number: int, _: object) -> None:
     """Make `spin` return, and ignore the same signal from now on."""
     signal.signal(number, signal.SIG_IGN)  # `ros2 launch` repeats a Ctrl-C.
     if number == signal.SIGINT:
-        # Fast DDS blocked 1 in 700 shutdowns. SIGTERM from `ros2 launch` must end a blocked node.
+        # Fast DDS blocked 1 in 700 node shutdowns. SIGTERM from `ros2 launch` ends a blocked node.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shutdown_requested.set()

@@ -35,17 +35,17 @@ PLATFORM = 'platform'
 BRICK = 'brick'
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS for infrequent messages that subscribers require even if they join late."""
+"""QoS for infrequent messages that late-joining subscribers must also receive."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""QoS for state subscriptions. A lost message does not delay later messages. The queue covers
-0.2 s at a rate of 450 transforms per second."""
+"""QoS for state subscriptions. A lost message does not delay later messages. The queue holds the
+messages of 0.2 s at a rate of 450 transforms per second."""
 
 MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
 
 MAX_AHEAD_NS = NS_PER_SECOND
-"""Maximum time (ns) by which a timestamp may be in the future. A timestamp far in the future
+"""Maximum time (ns) by which a timestamp may be ahead of the clock. A timestamp far in the future
 would make tf2 discard all other transforms, because they would be more than 10 s older."""
 
 BUFFER_DURATION_NS = 10_000_000_000
@@ -109,7 +109,7 @@ def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped |
 
 
 def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
-    """Return the pose of a moving frame in world, or None if it is unknown or too old."""
+    """Return the pose of a moving frame in world, or None if the pose is unknown or too old."""
     transform = recent_transform(buffer, frame, now)
     return pose_of(transform.transform) if transform else None
 
@@ -118,7 +118,7 @@ def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str
     """
     Return the reason for rejecting a transform, or an empty string if the transform is valid.
 
-    Only transforms that would corrupt the buffer are rejected.
+    Only transforms that would corrupt the TF buffer are rejected.
 
     :param static: whether the transform was received on /tf_static
     :param now: current time (ns)
@@ -142,7 +142,7 @@ def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str
 
 
 class GuardedListener(TransformListener):
-    """A TransformListener that rejects harmful transforms with a warning."""
+    """A TransformListener that rejects harmful transforms and logs a warning."""
 
     def __init__(self, buffer: Buffer, node: Node,
                  on_transform: Callable[[TransformStamped], Any] = lambda _: None) -> None:
@@ -161,19 +161,19 @@ class GuardedListener(TransformListener):
         super().__init__(buffer, node, qos=BEST_EFFORT)
 
     def callback(self, data: TFMessage) -> None:
-        """Store the harmless transforms from a /tf message, and call `on_transform` for each."""
+        """Store the valid transforms from a /tf message, and call `on_transform` for each one."""
         now = self.node.get_clock().now().nanoseconds
         for transform in self.store(data, False, now):
             self._on_transform(transform)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Store the harmless transforms from a /tf_static message."""
+        """Store the valid transforms from a /tf_static message."""
         self.store(data, True, self.node.get_clock().now().nanoseconds)
 
     def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
-        """Store and return all harmless transforms in a message received at `now` (ns)."""
+        """Store and return all valid transforms in a message received at `now` (ns)."""
         if now < self._last:
-            # The clock was set back, so the old transforms would remain the latest ones.
+            # The clock was set back. Without clear(), old transforms would remain the latest ones.
             self.buffer.clear()
             self._next_warning = 0
         self._last = now
@@ -189,7 +189,7 @@ class GuardedListener(TransformListener):
                 store(transform, 'default_authority')
                 stored.append(transform)
             elif now >= self._next_warning:
-                # throttle_duration_sec adds 0.2 ms per call, which is too slow for many messages.
+                # throttle_duration_sec takes 0.2 ms per call, too long for a high message rate.
                 self._next_warning = now + round(WARNING_PERIOD * NS_PER_SECOND)
                 self.node.get_logger().warning(
                     f'Ignored the transform from "{transform.header.frame_id[:40]}" to '
