@@ -11,13 +11,13 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Programs that run, simulate and measure the graph, and plot the results."""
+"""Programs that run, simulate and measure the ROS graph, and plot the results."""
 
 from argparse import ArgumentTypeError
 
 
 def positive_int(text: str) -> int:
-    """Convert a command-line value to an integer of at least 1."""
+    """Convert a command-line value to a positive integer."""
     if not text.isdecimal() or int(text) < 1:
         raise ArgumentTypeError(f'{text!r} is not a whole number of at least 1')
     return int(text)

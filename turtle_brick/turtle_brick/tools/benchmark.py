@@ -18,15 +18,15 @@ benchmark: measure processor time, message intervals and reaction times in the l
 The machine must be otherwise idle. The measurements are taken as follows:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
-* Processor time is each process's user time plus system time, measured in two periods. In the idle
-  period, the brick hovers, the robot is at rest, and no client subscribes to fast topics (100 Hz
-  or more). In the catching period, a client drops one brick after another and records all topics.
+* Processor time is the sum of a process's user and system times, measured in two periods. In the
+  idle period, the brick hovers, the robot is at rest, and no client subscribes to fast topics
+  (100 Hz or more). In the catching period, a client drops bricks in turn and records all topics.
 * Message intervals are measured in another idle period, with the client connected. An interval is
   the difference between consecutive source timestamps, which the publisher's middleware sets.
 * Reaction times are measured from the release of the brick. At the release, the robot is at rest
   at a random distance from the brick and must drive to catch the brick. The release time is the
   timestamp of the last brick position before the fall. The decision time is the publication time
-  of the goal. The motion starts when the first changed pose is published.
+  of the catcher's goal. The robot's motion starts when turtlesim publishes a changed pose.
 """
 
 import argparse
@@ -82,7 +82,7 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Extract the delays between a brick's release and the robot's motion from a record.
+    Extract from a record the delays between a brick's release and the robot's motion.
 
     :param begin: a time (ns) shortly before the release
     :param end: a time (ns) after the first motion
@@ -132,7 +132,7 @@ def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the node processes that a launch process started, keyed by executable name."""
     return {Path(word).name: process for process in launch.children(recursive=True)
-            for word in process.cmdline()[:2]  # An interpreter may precede the program.
+            for word in process.cmdline()[:2]  # The first word may be an interpreter.
             if Path(word).name in NODES}
 
 
@@ -162,7 +162,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
 
     def drop_bricks() -> None:
         for _ in range(drop_count):
-            # At these distances, the robot must move to catch the brick and has enough time.
+            # At these distances, the robot must move to catch the brick and has time to do so.
             position = random_brick(random, client, parameters, 0.5, 0.9)
             client.place(position).check()
             drops.append(client.drop(position))

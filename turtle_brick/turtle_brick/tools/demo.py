@@ -56,10 +56,10 @@ START_TIMEOUT = 30.0
 """Timeout (s) for starting the graph."""
 
 BROWSER_TIMEOUT = 8.0
-"""Time (s) to wait for a browser to open the page before the first drop."""
+"""Time (s) to wait for a browser to open the viewer page before the first drop."""
 
 HOVERING_TIME = 1.0
-"""Duration (s) for which each brick hovers before the drop, so that users can see it."""
+"""Duration (s) for which each brick hovers before the drop, so that users can see the brick."""
 
 DISCOVERY_TIME = 5.0
 """Time (s) for discovering other nodes in a domain. Discovery usually takes less than 1 s, but a
@@ -69,7 +69,7 @@ KEPT_MESSAGES = 1000
 """Number of messages kept per topic before a drop. The kept messages span at least 4 s."""
 
 FIRST_PORT = 8080
-"""Port of the first arena's page. The port number increases by one for each additional arena."""
+"""Port of the first arena's viewer. Each additional arena uses the next higher port number."""
 
 KEEPS_RUNNING = 'The graph keeps running until you press Ctrl-C.'
 
@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a brick position (m) at a random fraction of the guaranteed distance."""
+    """Return a brick position (m) at a random fraction of the guaranteed distance to the robot."""
     robot = client.robot_position()
     assert robot is not None
     while True:
@@ -152,12 +152,12 @@ def bricks(options: argparse.Namespace, client: GraphClient,
         yield from options.place
     else:
         yield parameters.brick_start
-        # This corner is visible from the initial camera position.
+        # This corner of the arena is visible from the initial camera position.
         yield (ARENA_SIZE - 0.5, ARENA_SIZE - 0.5, resting_height(parameters) + 1.0)
 
 
 def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
-    """Start all nodes in an empty graph, drop bricks, and return True if no faults occurred."""
+    """Start all nodes in an empty graph, drop bricks, and return whether the demo succeeded."""
     graph.add_turtlesim()
     graph.add_robot_state_publisher()
     graph.add_robot()
@@ -293,7 +293,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 0
     except (PackageNotFoundError, RuntimeError, TimeoutError, ValueError) as error:
-        # rclpy raises a RuntimeError whose text ends with positions in the source code of rcl.
+        # rclpy raises a RuntimeError whose message ends with locations in the source code of rcl.
         print(f'demo: {error.args[0].partition(", at /")[0]}', file=sys.stderr)
         return 1
 

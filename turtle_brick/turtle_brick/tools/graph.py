@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Run the whole graph in one process, with the real node classes, one executor and real DDS.
+Run the whole ROS graph in one process, with the real node classes, one executor and real DDS.
 
 The stand-ins for turtlesim and robot_state_publisher also run in this process. If the real
 packages are installed, their programs replace the stand-ins and run in separate processes.
@@ -60,12 +60,12 @@ def executable(package: str, name: str) -> str:
 
 
 class Graph(Spinner, AbstractContextManager['Graph']):
-    """Nodes that run in one process and communicate with all nodes in their ROS domain."""
+    """Graph of nodes that run in one process and communicate with all nodes in a ROS domain."""
 
     def __init__(self, domain_id: int | None = None, namespace: str = '',
                  quiet: bool = False, tf_inside: bool = False) -> None:
         """
-        Create an empty graph in a given ROS domain, or in ROS_DOMAIN_ID if none is given.
+        Create an empty graph in a given ROS domain, by default the domain in ROS_DOMAIN_ID.
 
         :param quiet: whether the nodes log only warnings and errors
         :param tf_inside: whether the namespace applies to TF, as in the launch files
@@ -121,18 +121,18 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim. Return the node, or None for the real turtlesim."""
+        """Add a holonomic turtlesim, and return its node, or None if it has its own process."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher. Return the node, or None for the real program."""
+        """Add robot_state_publisher, and return its node, or None if it has its own process."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())
 
     def robot_parameters(self) -> dict[str, Any]:
-        """Return the robot_state_publisher parameters that the launch files use."""
+        """Return the parameters that the launch files set for robot_state_publisher."""
         path = self.params_file.parents[1] / 'urdf' / 'turtle.urdf.xacro'
         urdf = xacro.process_file(str(path), mappings={'params_file': str(self.params_file)})
         return {'robot_description': urdf.toxml(), 'ignore_timestamp': True}
@@ -152,7 +152,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         """Start an installed executable and pass each printed line to a listener."""
         ros_arguments = ['--ros-args', *self._log_level, *self._remaps]
         if self.namespace:
-            # rclcpp nodes require the leading slash.
+            # rclcpp nodes require a leading slash in the namespace.
             ros_arguments += ['-r', f'__ns:=/{self.namespace.lstrip("/")}']
         domain = {} if self.domain_id is None else {'ROS_DOMAIN_ID': str(self.domain_id)}
         command = [executable(package, name), *arguments, *ros_arguments]

@@ -13,10 +13,10 @@
 # limitations under the License.
 
 """
-Draw a map of the arena, one drop in detail, and the latency in the live graph.
+Draw a map of the arena, one drop in detail, and the latency in the live ROS graph.
 
-The figures in the lesson also use the colors and helpers in this module. The module neither
-requires a display nor changes matplotlib's global state.
+The figures in the lesson also use the colors and helper functions in this module. The module
+neither requires a display nor changes matplotlib's global state.
 """
 
 from collections.abc import Iterator, Sequence
@@ -71,7 +71,7 @@ STYLE: dict[Any, Any] = {
 MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
     (0.0, '#5c1f1a'), (0.25, '#b5452f'), (0.5, '#f7b36b'),
     (0.5, '#a5dcc4'), (0.75, '#3a8fb7'), (1.0, '#183a6b')])
-"""Colors for refused bricks (below 0.5) and caught bricks (above 0.5)."""
+"""Colormap for refused bricks (below 0.5) and caught bricks (above 0.5)."""
 
 FINE_DASHES = (0, (2, 2))
 
@@ -91,12 +91,12 @@ def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
 
 
 def distance_without_latency(height: float, parameters: Parameters) -> float:
-    """Return the reach (m) of a latency-free robot during a fall from a given height (m)."""
+    """Return the reach (m) of a robot without latency during a fall from a given height (m)."""
     return parameters.max_velocity * fall_time(height, parameters) + parameters.platform_radius
 
 
 def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, path: Path) -> None:
-    """Draw the outcomes and the theoretical limits on a top view of the arena."""
+    """Draw the outcomes of drops and the theoretical limits on a top view of the arena."""
     heights = sorted({min(drop.result.brick[2] for drop in drops),
                       max(drop.result.brick[2] for drop in drops)})
     margins = [drop.margin for drop in drops if drop.margin is not None]
@@ -157,7 +157,7 @@ def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -
 
 def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Parameters,
              path: Path) -> None:
-    """Plot one drop over time from its trace and its result."""
+    """Plot one drop over time, using its trace and its result."""
     time = [sample.time for sample in samples]
     with new_figure(path, 8.6, 9.4) as figure:
         strip, height, distance, speed, tilt = figure.subplots(
@@ -239,7 +239,7 @@ def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float
         end = begin + duration
         axes.barh(row, duration, left=begin, height=0.6, color=color)
         axes.plot(ends, [row] * len(ends), '|', color=INK, markersize=9.0, alpha=0.35)
-        if duration > 0.5 * total:  # The label is inside the bar.
+        if duration > 0.5 * total:  # The label fits inside the bar.
             axes.text(begin + 0.01 * total, row, label, va='center', color='white')
         elif end < 0.5 * total:
             axes.text(max([end, *ends]) + 0.01 * total, row, label, va='center')

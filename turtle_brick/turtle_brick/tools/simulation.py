@@ -17,11 +17,11 @@ Simulate the brick, robot, turtlesim and catcher at their real rates without ROS
 
 The simulation uses the same modules as the nodes. The simulation updates `physics.World` at
 250 Hz, `driving.Driver` at 100 Hz, `turtlesim_kinematics.Turtle` every 16 ms, and
-`catch_logic.Catcher` at 50 Hz and for new brick positions. The delays between the modules are
-the same as in the live graph. Simulated time advances from event to event, so simulating an hour
+`catch_logic.Catcher` at 50 Hz and when a fall is detected. The delays between the modules are the
+same as in the live ROS graph. Simulated time advances from event to event, so simulating an hour
 takes a few seconds. All random numbers are generated from one seed, so every run is reproducible.
 
-`simulate_drop` simulates one drop for a table or map. `trace` repeats a drop for a figure.
+`simulate_drop` simulates one drop for a table or map. `trace` samples a drop for a figure.
 """
 
 from collections import Counter, deque
@@ -51,7 +51,7 @@ CATCHER_PERIOD_NS = round(catch_logic.UPDATE_PERIOD / SECONDS_PER_NS)
 
 @dataclass(frozen=True)
 class Delays:
-    """Delays (s) in the live graph."""
+    """Delays (s) in the live ROS graph."""
 
     transport: float = driving.TRANSPORT_DELAY  # Time from publishing a message to receiving it.
     transforms: float = 0.0010  # Time from a robot cycle to the resulting transform.
@@ -60,7 +60,7 @@ class Delays:
 
 
 JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
-"""Delays including timer jitter in turtlesim and rclpy."""
+"""Delays in the live ROS graph, including timer jitter in turtlesim and rclpy."""
 
 
 class DropResult(NamedTuple):
@@ -83,7 +83,7 @@ class Simulation:
     def __init__(self, parameters: Parameters, seed: int = 0, delays: Delays = Delays(),
                  start: tuple[float, float, float] = (ARENA_CENTER, ARENA_CENTER, 0.0)) -> None:
         """
-        Create an arena in which the robot and the brick are at rest.
+        Create a simulation in which the robot and the brick are at rest.
 
         :param seed: seed for the timer phases and the jitter
         :param start: x, y (m) and theta (rad) of the turtle in the world frame
@@ -121,11 +121,11 @@ class Simulation:
         return self.now * SECONDS_PER_NS
 
     def drive_to(self, x: float, y: float) -> None:
-        """Send the robot to a point (m) in the world frame, as a goal_pose message does."""
+        """Send the robot to a point (m) in the world frame, as a goal_pose message would."""
         self._to_robot.append((self.now + self._transport, DriveGoal(x, y)))
 
     def tilt(self, angle: float) -> None:
-        """Tilt the platform to an angle (rad), as a tilt message does."""
+        """Tilt the platform to an angle (rad), as a tilt message would."""
         self._to_robot.append((self.now + self._transport, TiltCommand(angle)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
@@ -162,7 +162,7 @@ class Simulation:
         world.brick = brick
         self.rest(0.1)
         world.release()
-        released = self._physics_at - STEP_NS  # The next step is the first one that moves.
+        released = self._physics_at - STEP_NS  # The next step is the first to move the brick.
         robot = self.turtle.pose[:2]
         earlier_decisions = len(self.decisions)
         self.run(lambda: world.phase is not Phase.FALLING)
@@ -239,7 +239,7 @@ class Simulation:
                 self._to_robot.append((now + self._transport, action))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
-        """Add normally distributed jitter to a time (ns) and return a time later than self.now."""
+        """Add normally distributed jitter to a time (ns), but return a time after self.now."""
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
@@ -252,7 +252,7 @@ def platform_at(x: float, y: float, yaw: float, angle: float, parameters: Parame
 
 
 class SimulatedDrop(NamedTuple):
-    """One drop in a sweep, with lengths in m (world frame) and times in s."""
+    """One drop in a sweep, with coordinates and lengths in m and times in s."""
 
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
@@ -262,7 +262,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Return the horizontal distance between brick and robot (m) at the release."""
+        """Return the horizontal distance from the robot to the brick (m) at the release."""
         return dist(self.result.brick[:2], self.result.robot)
 
     @property
@@ -272,7 +272,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """Return the catcher's estimate of the available time minus the required time."""
+        """Return the available time minus the required time (s), as estimated by the catcher."""
         return self.result.decision.margin if self.result.decision else None
 
     @property
@@ -285,7 +285,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def broken_guarantee(self) -> str:
-        """Return a description of the broken guarantee, or an empty string if none is broken."""
+        """Return a description of the broken guarantee, or an empty string if none was broken."""
         if self.outcome == 'missed':
             return 'reported as reachable, but not caught'
         if self.outcome == 'refused' and self.within_guarantee:
@@ -316,7 +316,7 @@ class SimulatedDrop(NamedTuple):
 
 
 def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
-    """Return the `guaranteed_distance` (m) to a brick, or -inf for a brick outside the arena."""
+    """Return the `guaranteed_distance` (m) for a brick, or -inf if it is outside the arena."""
     x, y, height = brick
     if within_arena(x, y) != (x, y):
         return -inf
@@ -325,10 +325,10 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
 
 def start_simulation(parameters: Parameters, seed: int, moving: bool = False) -> Simulation:
     """
-    Return a running simulation with jitter, in which the robot is at rest in the center.
+    Return a running simulation with jitter, in which the robot is at rest at the arena's center.
 
-    :param moving: whether the robot drives between random points instead. The last goal is older
-        than the command latency because the catcher does not receive the goals of other nodes.
+    :param moving: whether the robot drives between random points instead. The last goal is sent
+        more than command_latency before the drop, because the catcher does not receive the goal.
     """
     simulation = Simulation(parameters, seed, JITTER)
     simulation.rest(0.3)  # The robot, the arena and the catcher exchange their first messages.
@@ -348,7 +348,7 @@ def simulate_drop(parameters: Parameters, number: int, seed: int, brick: Vector,
 
 
 def outcome_counts(drops: Sequence[SimulatedDrop]) -> str:
-    """Return one line with the number of drops in total and per outcome."""
+    """Return one line with the total number of drops and the number for each outcome."""
     count = Counter(drop.outcome for drop in drops)
     return f'{len(drops):,} drops: ' + ', '.join(
         f'{count[outcome]:,} {outcome}' for outcome in ('caught', 'refused', 'missed'))

@@ -48,7 +48,7 @@ TABLE = 'drops.csv'
 
 @dataclass(frozen=True)
 class Plan:
-    """The drops in a sweep. The plan and the parameters determine the table."""
+    """The drops in a sweep. The plan and the parameters fully determine the table."""
 
     grid: bool  # Whether the bricks are on a grid.
     count: int  # Number of drops, or number of grid cells per side.
@@ -79,7 +79,7 @@ class Plan:
             side = ARENA_SIZE / self.count
             cells = [((column + 0.5) * side, (row + 0.5) * side)
                      for row in range(self.count) for column in range(self.count)]
-            bricks.shuffle(cells)  # Even the first drops are spread over the arena.
+            bricks.shuffle(cells)  # This order spreads even the first drops over the arena.
             positions = iter(cells)
         for number, (x, y) in enumerate(positions):
             yield number, seeds.getrandbits(32), (x, y, bricks.uniform(*self.heights))
@@ -96,14 +96,14 @@ def table_header(parameters: Parameters, plan: Plan) -> str:
 
 
 def format_value(value: object) -> object:
-    """Format floats with six decimal places and booleans as 0 or 1 for the table."""
+    """Format a table value: floats with six decimal places, and booleans as 0 or 1."""
     if isinstance(value, bool):
         return int(value)
     return f'{value:.6f}' if isinstance(value, float) else value
 
 
 def summary(drops: Sequence[SimulatedDrop]) -> str:
-    """Return the outcomes and the broken guarantees as lines of text."""
+    """Return the outcomes of drops and the broken guarantees as lines of text."""
     guaranteed = [drop for drop in drops if drop.within_guarantee]
     broken = [drop for drop in drops if drop.broken_guarantee]
     lines = [outcome_counts(drops), f'guaranteed catches, {outcome_counts(guaranteed)}',
@@ -124,7 +124,7 @@ def drop_to_draw(drops: Sequence[SimulatedDrop]) -> SimulatedDrop:
 
 
 def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list[SimulatedDrop]:
-    """Simulate the drops, write the table, and return the drops that finished before Ctrl-C."""
+    """Simulate the drops, write the table, and return the finished drops, even after Ctrl-C."""
     drops: list[SimulatedDrop] = []
     begin = monotonic()
     stopped = Event()
@@ -138,7 +138,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
     with open(options.output / TABLE, 'x', encoding='utf-8', newline='') as file:
         file.write(table_header(parameters, plan))
         writer = csv.writer(file, lineterminator='\n')
-        # Workers inherit this handler, so Ctrl-C does not kill them.
+        # Worker processes inherit this handler, so Ctrl-C does not kill them.
         original_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         results = Parallel(None if options.dask else options.workers, return_as='generator')(
             delayed(simulate_drop)(parameters, *simulation, plan.moving) for simulation in started)
@@ -159,12 +159,12 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
 
 
 def draw(drops: Sequence[SimulatedDrop], parameters: Parameters, directory: Path) -> None:
-    """Draw the map and one drop, and write both figures to a directory."""
+    """Draw the map of the arena and one drop, and write both figures to a directory."""
     from turtle_brick.tools import plots  # The workers do not need matplotlib.
     drop = drop_to_draw(drops)
     plots.one_drop(trace(parameters, drop), drop, parameters, directory / 'drop.png')
     print(f'  {directory / "drop.png"}')
-    if not drop.moving:  # The map shows distances from the center.
+    if not drop.moving:  # The map shows distances from the arena's center.
         plots.reachability_map(drops, parameters, directory / 'map.png')
         print(f'  {directory / "map.png"}')
 

@@ -38,7 +38,7 @@ def part(name: str) -> str:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the selected parts or all parts, and return the exit status."""
+    """Run the selected parts of the lesson, by default all, and return the exit status."""
     parser = argparse.ArgumentParser(
         prog='lesson',
         description='Print the numbers and draw the figures for the lesson in doc/lesson.')

@@ -102,7 +102,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw a fall and a slide with their closed forms, and the error of Euler's method."""
+    """Draw a fall and a slide with closed-form solutions, and the error of Euler's method."""
     with new_figure(path, 7.6, 5.6) as figure:
         (height, side), (error, distance) = figure.subplots(
             2, 2, height_ratios=(1.7, 1.0), width_ratios=(1.0, 1.15))
@@ -145,7 +145,7 @@ def draw_fall(height: Axes, error: Axes, parameters: Parameters) -> None:
 
 def draw_side_view(axes: Axes, bricks: Sequence[Vector], distances: np.ndarray,
                    parameters: Parameters) -> None:
-    """Draw the tilted platform, and the brick at the start, at the rim and after the slide."""
+    """Draw the tilted platform, and the brick before the slide, at the rim and after the slide."""
     angle = parameters.tilt_angle
     normal = np.array((sin(angle), cos(angle)))
     hinge = np.array((0.0, parameters.platform_height - parameters.platform_thickness))

@@ -29,10 +29,10 @@ from turtle_brick.tools.plots import FAINT, INK, new_figure, ROBOT
 from turtle_brick.tools.simulation import Simulation
 
 START = (3.0, 2.0, radians(30.0))
-"""Start pose (m, rad) of the robot, and pose of the odom frame, in the world frame."""
+"""Start pose (m, rad) of the robot, and thus of the odom frame, in the world frame."""
 
 CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
-"""Goals (m) of the robot in the world frame, in order."""
+"""Goals (m) of the robot in the world frame, in driving order."""
 
 WALLS = ((0.0, 0.0), (ARENA_SIZE, 0.0), (ARENA_SIZE, ARENA_SIZE), (0.0, ARENA_SIZE))
 
@@ -106,7 +106,7 @@ def draw(parameters: Parameters, path: Path) -> None:
 
 
 def _draw_frame(axes: Axes, pose: Pose2D, size: float, name: str, offset: tuple[int, int]) -> None:
-    """Draw the axes of a frame (x red, y green, as in rviz2) and its name."""
+    """Draw the name and the axes of a frame (x red, y green, as in rviz2)."""
     for turn, color in ((0.0, '#d62728'), (pi / 2.0, '#2ca02c')):
         end = pose.x + size * cos(pose.yaw + turn), pose.y + size * sin(pose.yaw + turn)
         axes.annotate('', end, pose[:2], zorder=5, arrowprops={

@@ -65,7 +65,7 @@ def commands_for_all_phases() -> list[SentCommand]:
 
 
 class NaiveDriver(Driver):
-    """A simple controller that uses the latest received pose."""
+    """A simple controller that uses the latest received pose instead of a prediction."""
 
     def __init__(self, law: Callable[[float], float]) -> None:
         """Create a controller from a function that maps goal distance (m) to speed (m/s)."""
@@ -73,7 +73,7 @@ class NaiveDriver(Driver):
         self.law = law
 
     def command(self, now: float) -> tuple[float, float]:
-        """Return the velocity (m/s) along x toward the goal, computed from the latest pose."""
+        """Return a velocity (m/s) along x toward the goal, computed from the latest pose."""
         if self.goal is None or self.pose is None:
             return (0.0, 0.0)
         distance = self.goal[0] - self.pose.x
@@ -99,7 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """Drive to a goal at DISTANCE, and return times (s) and positions (m) relative to the goal."""
+    """Return times (s) and positions (m, relative to the goal) during a drive over DISTANCE."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)
@@ -136,7 +136,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the command latency and a drive with each controller."""
+    """Draw the latency of commands and a drive with each controller."""
     with new_figure(path, 7.6, 6.4) as figure:
         sawtooth, whole, near = figure.subplot_mosaic(
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()

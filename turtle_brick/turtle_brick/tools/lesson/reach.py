@@ -32,7 +32,7 @@ from turtle_brick.tools.simulation import outcome_counts, simulate_drop, Simulat
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
-"""Release heights (m) and distances (m) from the robot in the center of the arena."""
+"""Release heights (m), and horizontal distances (m) from the robot at the arena's center."""
 
 WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
@@ -42,7 +42,7 @@ WORST_DELAYS = (
     ('next transform of the robot', COMMAND_PERIOD),
     ('next physics step', DT),
 )
-"""Maximum values (s) of the successive delays from a release to the first motion of the robot."""
+"""Maximum successive delays (s) from the release of a brick to the robot's first motion."""
 
 
 def guaranteed_latency(parameters: Parameters) -> float:

@@ -31,7 +31,7 @@ class RollSample(NamedTuple):
 
     time: float
     commanded: float  # Integral of the commanded speed.
-    pose_distance: float  # Sum of the distances between poses.
+    pose_distance: float  # Sum of the distances between consecutive poses.
     rolled: float  # Wheel angle times wheel radius.
 
 
@@ -82,7 +82,7 @@ def draw(parameters: Parameters, path: Path) -> None:
     time, commanded, pose_distance, rolled = np.array(roll(parameters)).T
     with new_figure(path, 7.6, 3.8) as figure:
         lengths = figure.subplots()
-        # The widths differ so that coinciding curves are visible.
+        # The line widths differ so that coinciding curves are visible.
         for values, width, color, label in (
                 (pose_distance, 8.0, '#f0a6cb', 'sum of the distances between poses'),
                 (commanded, 4.5, '#d9822b', 'integral of the commanded speed'),
