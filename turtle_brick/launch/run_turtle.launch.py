@@ -21,7 +21,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description():
-    """Return actions that start turtlesim and turtle_robot, and run show_turtle.launch.py."""
+    """Return actions that start turtlesim and turtle_robot, and include show_turtle.launch.py."""
     return LaunchDescription([
         DeclareLaunchArgument(
             'rviz_config', default_value='config/run_turtle.rviz',
@@ -33,7 +33,7 @@ def generate_launch_description():
             'namespace', default_value='',
             description='The namespace of all nodes, topics and services, including TF.'),
         # The included file also sets the namespace of the nodes below. It comes first because
-        # launch waits for xacro here. Ctrl-C during this wait would not stop running nodes.
+        # launch waits for xacro here, and Ctrl-C during this wait would not stop running nodes.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
             launch_arguments=[('use_jsp', 'none')]),
@@ -41,7 +41,7 @@ def generate_launch_description():
             package='turtlesim',
             executable='turtlesim_node',
             parameters=[{'holonomic': True}],
-            # Qt uses the first platform that works (offscreen if there is no display).
+            # Qt uses the first platform that works, which is offscreen if there is no display.
             additional_env={'QT_QPA_PLATFORM': EnvironmentVariable(
                 'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen')}),
         Node(

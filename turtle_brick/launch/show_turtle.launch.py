@@ -66,7 +66,7 @@ def generate_launch_description():
         Node(
             package='rviz2',
             executable='rviz2',
-            # An absolute path in rviz_config does not depend on the current directory.
+            # rviz2 resolves a relative rviz_config in this directory, and accepts absolute paths.
             cwd=FindPackageShare('turtle_brick'),
             arguments=['-d', LaunchConfiguration('rviz_config')],
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),
