@@ -12,22 +12,22 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Create or update the directory `.ros`.
+Create or update the directory `.ros`, which contains the environment for this workspace.
 
-The first argument selects the ROS installation: `native` uses the sourced installation, and `pypi`
-installs ROS from Python wheels. The second argument selects what is built: `ros` builds only the
-stand-ins, and `packages` also builds the packages in this workspace.
+The first argument selects the ROS installation. `native` uses the sourced installation, and `pypi`
+installs ROS from Python wheels. The second argument selects the packages to build. `ros` builds
+only the stand-ins, and `packages` also builds the packages in this workspace.
 
-The script setup_shell.bash runs this program and then sources the setup files in `.ros`:
+The script setup_shell.bash runs this program and then sources the setup files in `.ros`. This
+directory contains the following items:
 
 - `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
-  Jazzy messages. It is also a ROS prefix, and its `local_setup.bash` sets the environment
-  variables.
+  Jazzy messages. `venv` is also a ROS prefix whose `local_setup.bash` sets environment variables.
 - `standins` and `install` contain the built stand-ins and the built packages.
 - `build` and `log` are the other colcon directories.
 - `made.json` contains fingerprints of the virtual environment and of each built package.
 
-The exit status is 0 on success. Otherwise, the last line of output states the reason.
+The exit status is 0 on success. Otherwise, the last line of output states the reason for failure.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ BASE_PYTHON = Path(sys.base_prefix, 'bin', f'python{VERSION}')
 
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
-"""Paths in the CMake files of the wheels that exist only on the machine that built the wheels."""
+"""Paths in the wheels' CMake files that exist only on the machine that built the wheels."""
 
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
@@ -85,17 +85,17 @@ SHARED_FILES = {'joint_state_publisher': ('graph_client/run_node.py', 'graph_vie
                 'rviz2': ('graph_client/*.py', 'graph_view/*.py'),
                 'turtlesim': ('graph_client/run_node.py',
                               'turtle_brick/core/turtlesim_kinematics.py')}
-"""Source files outside the folder of a stand-in that the stand-in installs."""
+"""Source files that a stand-in installs from outside its own folder."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
              ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
 BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
                ('build tool', ('cmake',), 'cmake'))
-"""Description, alternative names and Ubuntu package for each required program."""
+"""Description, alternative names and Ubuntu package of each required program."""
 
 
 class SetupError(Exception):
-    """A requirement is missing, or a step failed. The message tells the user what to do."""
+    """A requirement is missing, or a step failed. The message suggests a remedy to the user."""
 
 
 def report(text: str, end: str = '\n') -> None:
@@ -105,9 +105,9 @@ def report(text: str, end: str = '\n') -> None:
 
 def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None:
     """
-    Run a command, and show the step and the latest line of output in a terminal.
+    Run a command, and show the step's name and the latest line of output in a terminal.
 
-    :raises SetupError: the command failed and its output has been printed; the message is `failed`
+    :raises SetupError: if the command failed; its output is printed, and the message is `failed`
     """
     start, output = time.monotonic(), ''
 
@@ -126,7 +126,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
                 show(line.strip())
             process.wait()
         finally:
-            process.kill()  # This program may have been interrupted.
+            process.kill()  # The process is still running if this program was interrupted.
             show('', end='\n')
     if process.returncode:
         report(output.rstrip())
@@ -134,7 +134,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
 
 
 def clean_environment() -> dict[str, str]:
-    """Return the environment variables, without search path entries in the directory `.ros`."""
+    """Return the environment variables without any search path entries inside `.ros`."""
     env = dict(os.environ)
     for name in [name for name in env if name.endswith('PATH')]:
         env[name] = os.pathsep.join(entry for entry in env[name].split(os.pathsep)
@@ -145,7 +145,7 @@ def clean_environment() -> dict[str, str]:
 
 
 def fingerprint(*parts: object) -> str:
-    """Return a hash of the string representations of values."""
+    """Return a hash of the string representations of the given values."""
     return hashlib.sha256('\0'.join(map(str, parts)).encode()).hexdigest()
 
 
@@ -175,7 +175,7 @@ def write_record(made: dict[str, str]) -> None:
 
 
 def lock() -> None:
-    """Wait until no other process is building the workspace, and lock it until exit."""
+    """Wait until no other process builds the workspace, and lock the workspace until exit."""
     folder = os.open(TOP, os.O_RDONLY)
     try:
         fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -216,7 +216,7 @@ def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
 
 
 def check_python() -> None:
-    """Check that this Python can create virtual environments and that its C headers exist."""
+    """Check that this Python can create virtual environments, and that its C headers exist."""
     if not all(map(importlib.util.find_spec, ('ensurepip', 'venv'))):
         raise SetupError(
             f'Python {VERSION} at {sys.executable} cannot create virtual environments. Install '
@@ -229,7 +229,7 @@ def check_python() -> None:
 
 
 def repair_cmake(text: str, include: str, packages: str) -> str:
-    """Replace foreign paths and unsafe commands in the text of a CMake file from the wheels."""
+    """Replace build-machine paths and unsafe commands in the text of a wheel's CMake file."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
     text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
@@ -237,7 +237,7 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
 
 
 def pip_install(packages: str, *arguments: str) -> None:
-    """Install packages in the virtual environment, using only the user's network options."""
+    """Install packages in the virtual environment, using only the network options of the user."""
     env = {name: value for name, value in clean_environment().items()
            if not name.startswith(('PIP_', 'PYTHON')) or NETWORK_OPTION.search(name)}
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
@@ -272,13 +272,13 @@ def make_venv() -> None:
 
 
 def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
-    """Return the first prefix with a package in its ament index, or None."""
+    """Return the first prefix whose ament index contains a package, or None."""
     index = 'share/ament_index/resource_index/packages'
     return next((prefix for prefix in prefixes if Path(prefix, index, package).is_file()), None)
 
 
 def standins(prefixes: list[str]) -> dict[str, Path]:
-    """Return the folder of each stand-in whose real package is absent, by package name."""
+    """Return the folder of each stand-in whose real package is absent, keyed by package name."""
     folders = {manifest.parent.name: manifest.parent
                for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml'))}
     return {name: folder for name, folder in folders.items()
@@ -291,10 +291,10 @@ def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
     Build the changed packages, and delete the builds of packages that are no longer required.
 
     :param base: name of the directory in `.ros` in which the packages are installed
-    :param folders: folders of the packages by package name
+    :param folders: folders of the packages, keyed by package name
     :param made: recorded fingerprints, which the function updates
     :param mark: fingerprint of the ROS installation
-    :param setup_files: setup files of the ROS installation that are not sourced yet
+    :param setup_files: setup files of the ROS installation that have not been sourced yet
     """
     current = {name: fingerprint(mark, folder_fingerprint(folder))
                for name, folder in folders.items()}
@@ -315,7 +315,7 @@ def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
         shutil.rmtree(install / name, ignore_errors=True)
     if not changed:
         return
-    # The colcon scripts require an empty IFS because they do not quote the path to Python.
+    # colcon's setup scripts require an empty IFS because they do not quote the path to Python.
     sourced = [f'IFS= source {shlex.quote(str(path))}' for path in (
         *setup_files, ENVIRONMENT / 'standins/local_setup.bash') if path.is_file()]
     run(['bash', '-c', ' && '.join([*sourced, 'exec "$@"']), 'bash',
@@ -337,7 +337,7 @@ def remove_environment() -> None:
 
 
 def use_native() -> tuple[list[str], str, list[Path]]:
-    """Return the prefixes and fingerprint of the sourced ROS installation, and no setup files."""
+    """Return the sourced ROS installation's prefixes and fingerprint, and no files to source."""
     prefixes = clean_environment().get('AMENT_PREFIX_PATH', '').split(os.pathsep)
     mark = fingerprint(ENVIRONMENT, sys.prefix, VERSION, Path(__file__).read_bytes(),
                        find_prefix('rclpy', prefixes))
@@ -345,7 +345,7 @@ def use_native() -> tuple[list[str], str, list[Path]]:
 
 
 def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
-    """Update the virtual environment. Return its prefix, fingerprint and setup file."""
+    """Update the virtual environment, and return its prefix, fingerprint and setup file."""
     sources = (REQUIREMENTS, *COPIED, Path(__file__))
     mark = fingerprint(VENV, BASE_PYTHON, *(path.read_bytes() for path in sources))
     if made.get('venv') != mark or not VENV.is_dir():
