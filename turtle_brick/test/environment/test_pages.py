@@ -193,7 +193,7 @@ def outcomes(tmp_path_factory):
 
     def check_with_arena(_):
         with arena(tmp_path_factory.mktemp('arena')) as domain, \
-                ThreadPoolExecutor(1) as in_order, ThreadPoolExecutor(5) as several:
+                ThreadPoolExecutor(1) as in_order, ThreadPoolExecutor(20) as several:
             for command in talking:
                 # Only one command at a time may use the brick.
                 pool = in_order if re.search('/place|/drop|own_node', command) else several

@@ -41,12 +41,10 @@ KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 Time limits for discovery, counted in spins because each spin takes longer on a busy machine.
 
 Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
-graph is known if it is complete and has not changed for KNOWN spins. FOUND spins are sufficient if
-the graph contains the requested entity. A requested entity counts as absent after MISSING spins.
+graph is known if it is complete and its names have not changed for KNOWN spins. A command for one
+node, topic or service waits only until this entity has not changed for FOUND spins. After MISSING
+spins, an entity that has not been found, or every node of an empty graph, counts as absent.
 """
-
-COMMON_TOPICS = ('/rosout', '/parameter_events')
-"""Topics that gain or lose endpoints whenever another command starts or ends."""
 
 SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service and for the service response."""
@@ -97,18 +95,15 @@ class GraphNode(Node):
             raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Spin until the graph is discovered, which takes fewer spins if found(self) is true."""
+        """Spin until the graph, or only the entity that `found` returns, is known or absent."""
         state, unchanged = None, 0
-        for spins in range(LIMIT):
-            previous, state = state, (
-                self.node_names(), self.get_service_names_and_types(),
-                [(name, self.count_publishers(name), self.count_subscribers(name))
-                 for name, _ in self.get_topic_names_and_types() if name not in COMMON_TOPICS])
+        for _ in range(LIMIT):
+            previous, state = state, found(self) if found else (
+                self.node_names(), self.topic_types(), self.service_types())
             unchanged = unchanged + 1 if state == previous else 0
-            missing = not state[0] or found and not found(self)
-            if unchanged >= (FOUND if found else KNOWN) and (
-                    spins >= MISSING or not missing) and (
-                    unchanged >= MISSING or is_complete(self)):
+            exists, duration = (state, FOUND) if found else (state[0], KNOWN)
+            required = duration if exists else MISSING
+            if unchanged >= required and (unchanged >= MISSING or is_complete(self)):
                 return
             self._spin_once()
 
@@ -254,7 +249,7 @@ topic_find = topic_list = partial(print_names, GraphNode.topic_types)
 def print_type(get_types, option, args):
     """Print the types of a topic or service, and return 1 if there are none."""
     name = getattr(args, option)
-    with open_graph(lambda graph: name in get_types(graph)) as graph:
+    with open_graph(lambda graph: get_types(graph).get(name)) as graph:
         types = get_types(graph, args.hidden).get(name, ())
     for each in types:
         print(each)
@@ -268,7 +263,8 @@ topic_type = partial(print_type, GraphNode.topic_types, 'topic_name')
 def service_info(args):
     """Print the type of a service and the numbers of its clients and servers."""
     name = args.service_name
-    with open_graph(lambda graph: name in graph.service_types()) as graph:
+    with open_graph(lambda graph: name in graph.service_types() and (
+            graph.count_clients(name), graph.count_services(name))) as graph:
         types = graph.service_types().get(name)
         if types is None:
             return f"Unknown service '{name}'"
@@ -280,7 +276,8 @@ def service_info(args):
 def topic_info(args):
     """Print the type, the publishers and the subscriptions of a topic."""
     name, gap = args.topic_name, '\n\n' if args.verbose else '\n'
-    with open_graph(lambda graph: name in graph.topic_types()) as graph:
+    with open_graph(lambda graph: name in graph.topic_types() and (
+            graph.count_publishers(name), graph.count_subscribers(name))) as graph:
         types = graph.topic_types().get(name)
         if types is None:
             return f"Unknown topic '{name}'"

@@ -183,8 +183,7 @@ def topic_echo(args):
             print(yaml.dump(to_yaml(message, args), allow_unicode=True, width=sys.maxsize,
                             default_flow_style=args.flow_style), end='---\n')
 
-    with open_graph(lambda graph: args.message_type or topic_class(
-            graph, args.topic_name)) as graph:
+    with open_graph(lambda graph: graph.count_publishers(args.topic_name)) as graph:
         kind = topic_class(graph, args.topic_name) if args.message_type is None else interface(
             args.message_type, 'msg', 'The passed message type is invalid')
         if kind is None:
@@ -204,7 +203,7 @@ def topic_pub(args):
         return 'The passed value needs to be a dictionary in YAML format'
     times, wanted = 1 if args.once else args.times, args.wait_matching_subscriptions
     wanted = int(times > 0) if wanted is None else wanted
-    with open_graph(name=args.node_name) as graph:
+    with open_graph(lambda _: True, args.node_name) as graph:
         publisher = graph.create_publisher(kind, args.topic_name, qos_profile(args))
         while publisher.get_subscription_count() < wanted:
             print(f'Waiting for at least {wanted} matching subscription(s)...')
@@ -235,7 +234,7 @@ def service_call(args):
     if not hasattr(kind, 'Request'):
         return 'The passed type is not a service'
     request = filled(kind.Request, read_values(args))
-    with open_graph() as graph:
+    with open_graph(lambda _: True) as graph:
         client = graph.create_client(kind, args.service_name)
         if not graph.spin_until(client.service_is_ready, 1.0):
             print('waiting for service to become available...')
@@ -250,7 +249,7 @@ def measure(sample, report, args, **options):
     """Print statistics about a topic's latest messages once per second."""
     passes = message_filter(getattr(args, 'filter_expr', None))
     samples, last = deque(maxlen=args.window_size + 1), None
-    with open_graph(lambda graph: topic_class(graph, args.topic_name)) as graph:
+    with open_graph(lambda graph: graph.count_publishers(args.topic_name)) as graph:
         def now():
             return graph.get_clock().now().nanoseconds * 1e-9
 
