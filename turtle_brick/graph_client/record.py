@@ -210,7 +210,7 @@ class Record:
         return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
 
     def ancestors(self, frame: str) -> list[str]:
-        """Return the names of a frame and its latest ancestors (at most MAX_DEPTH names)."""
+        """Return the names of a frame and its latest ancestors, but at most MAX_DEPTH names."""
         chain = [self.actual(frame)]
         while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
             chain.append(self.frames[chain[-1]].samples[-1].parent)
