@@ -19,7 +19,7 @@ from rclpy.time import Time
 from tf2_ros.buffer import Buffer
 from tf2_ros.transform_listener import TransformListener
 from tf_transformations import euler_from_quaternion, quaternion_from_euler
-from turtle_brick_interfaces.srv import Place  # noqa: F401
+from turtle_brick_interfaces.msg import Tilt  # noqa: F401
 from turtlesim.msg import Pose
 
 

@@ -11,10 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Start all nodes."""
+"""Start the nodes that show the robot."""
 
 from launch import LaunchDescription
-from launch.actions import Shutdown
 from launch.substitutions import Command, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
@@ -22,11 +21,8 @@ from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 def generate_launch_description():
     return LaunchDescription([
-        Node(package='turtlesim', executable='turtlesim_node'),
         Node(package='robot_state_publisher', executable='robot_state_publisher', parameters=[{
             'robot_description': Command([
                 ExecutableInPackage('xacro', 'xacro'), ' ',
                 PathJoinSubstitution([FindPackageShare('turtle_brick'), 'turtle.urdf.xacro'])])}]),
-        Node(package='turtle_brick', executable='turtle_robot', output='screen',
-             on_exit=Shutdown()),
     ])
