@@ -101,10 +101,10 @@ real robot_state_publisher exits after receiving a joint state with a timestamp 
 
 
 class Scene(Graph):
-    """A graph with a client and one process per node."""
+    """A graph with a client and nodes in processes of their own."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
-        """Start the named nodes in a ROS domain, and use `random` for all random values."""
+        """Start a process for each named node, and use `random` for all random values."""
         super().__init__(domain_id)
         self.random = random
         self.parameters = (self.params_file, self.parameter_file(self.robot_parameters()))
@@ -121,7 +121,7 @@ class Scene(Graph):
         self.known_at = monotonic() + START_TIME
 
     def restart_observer(self) -> None:
-        for node in list(self.nodes):
+        for node in [node for node in self.nodes if isinstance(node, Observer)]:
             self.remove(node)
         self.observer = self.add(Observer, parameters=False)
         self.record = self.observer.record
