@@ -62,7 +62,7 @@ may have skipped calls."""
 CALM_TIMEOUT = 5.0
 """Time (s) to wait for a calm machine."""
 
-PROGRAM = Program(1.0, 3, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=1.5)))
+PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
 """A short referee program that includes each kind of request. Even on a busy machine, the robot
 can catch the second brick."""
 
