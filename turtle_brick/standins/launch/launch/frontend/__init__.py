@@ -13,7 +13,6 @@
 # limitations under the License.
 """The stand-in for launch.frontend, launch_xml and launch_yaml, which read launch files."""
 
-from importlib.metadata import entry_points
 import inspect
 from pathlib import Path
 import re
@@ -21,7 +20,7 @@ import shlex
 from xml.etree import ElementTree
 
 from lark import Lark, Transformer
-from launch import actions, LaunchDescription, substitutions
+from launch import actions, extensions, LaunchDescription, substitutions
 from launch.substitutions import (IfCondition, missing_name, perform, read_typed, Substitution,
                                   TextSubstitution, UnlessCondition)
 import yaml
@@ -202,7 +201,7 @@ def describe(root):
     """Convert the root element of a launch file to a launch description."""
     if root.tag != 'launch':
         raise RuntimeError("Expected 'launch' as root tag")
-    for extension in entry_points(group='launch.frontend.launch_extension'):
+    for extension in extensions('launch.frontend.launch_extension').values():
         extension.load()
     return LaunchDescription([action(each) for each in root])
 
