@@ -168,29 +168,22 @@ def without_other_parsers(text):
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
 
 
-@pytest.mark.parametrize('record', recorded('errors', 'more'))
-def test_errors_match_recording(record, files, environment, monkeypatch):
+@pytest.mark.parametrize('record', recorded('errors', 'more') + recorded('cases'))
+def test_output_matches_recording(record, files, environment, tmp_path, monkeypatch):
+    """A command, which may use small launch files, has the recorded output and status."""
+    if 'files' in record:
+        for name, text in record['files'].items():
+            (tmp_path / name).write_text(text)
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setenv('AMENT_PREFIX_PATH',
+                           f'{files}/cases:{os.environ["AMENT_PREFIX_PATH"]}')
     done = run_here(with_paths(record['command'], files), monkeypatch)
-    output = normal(done.text, files, launch.substitutions.launch_config.log_dir)
-    expected = record['stdout']
-    if 'searching: ' in expected:
-        output, expected = (re.sub('searching: .*', '', text) for text in (output, expected))
-    assert without_other_parsers(output) == without_other_parsers(expected)
-    assert done.status == record['returncode']
-
-
-@pytest.mark.parametrize('record', recorded('cases'))
-def test_case_matches_recording(record, files, environment, tmp_path, monkeypatch):
-    """A command in a directory with small launch files has the recorded output and status."""
-    for name, text in record['files'].items():
-        (tmp_path / name).write_text(text)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{files}/cases:{os.environ["AMENT_PREFIX_PATH"]}')
-    done = run_here(record['command'], monkeypatch)
-    output = normal(done.text.replace(str(tmp_path), '$DIR').replace(f'{files}/cases', '$PREFIX'),
-                    files, launch.substitutions.launch_config.log_dir)
-    assert by_source(without_other_parsers(output)) == by_source(
-        without_other_parsers(record['stdout']))
+    text = done.text.replace(str(tmp_path), '$DIR').replace(f'{files}/cases', '$PREFIX')
+    output = normal(text, files, launch.substitutions.launch_config.log_dir)
+    found, expected = (
+        by_source(without_other_parsers(re.sub('searching: .*', 'searching', each)))
+        for each in (output, record['stdout']))
+    assert found == expected
     assert done.status == record['returncode']
 
 
