@@ -56,6 +56,12 @@ class Bench(SteppedGraph):
             x, y = x + fraction * (goal.x - x), y + fraction * (goal.y - y)
         self.platform = (x, y, yaw, tilt)
 
+    def connect(self):
+        """Subscribe to the commands of the catcher and return their recordings."""
+        recordings = (self.live.record('goal_pose', PoseStamped), self.live.record('tilt', Tilt))
+        self.live.wait_for(self.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
+        return recordings
+
     def release(self, *place):
         assert self.place(*place).success
         self.run(0.3)
@@ -71,8 +77,7 @@ def test_unreachable_and_reachable_brick(live, capfd):
     live.wait_for(lambda: states.messages, TIMEOUT, 'the first state')
     bench.release(0.5, 1.0, 6.0)
     bench.until(Phase.GROUNDED)
-    goals, tilts = live.record('goal_pose', PoseStamped), live.record('tilt', Tilt)
-    live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
+    goals, tilts = bench.connect()
     bench.release(6.0, 4.5, 8.0)
     bench.until(Phase.RIDING)
     bench.until(Phase.FLOATING)
@@ -111,9 +116,7 @@ def test_unreachable_and_reachable_brick(live, capfd):
 def test_brick_attached_to_the_platform_is_carried(live):
     """The catcher does not observe a fall, because the brick is released on the platform."""
     bench = Bench(live)
-    live.record('goal_pose', PoseStamped)
-    live.record('tilt', Tilt)
-    live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
+    bench.connect()
     bench.place(5.0, 5.0, REST_Z)
     bench.run(3.0)
     assert bench.goals == [] and bench.world.phase is Phase.HOVERING
@@ -123,9 +126,7 @@ def test_brick_attached_to_the_platform_is_carried(live):
 
 def test_late_robot_is_reported_once(live, capfd):
     bench = Bench(live, delay=0.3)
-    live.record('goal_pose', PoseStamped)
-    live.record('tilt', Tilt)
-    live.wait_for(bench.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
+    bench.connect()
     bench.run(0.5)
     for x in (6.5, 4.5):
         bench.release(x, 5.0, 8.0)

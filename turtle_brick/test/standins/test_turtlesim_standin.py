@@ -39,19 +39,23 @@ COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
 
 @pytest.fixture(scope='module')
-def shared():
-    """Run turtlesim and a graph. Check that SIGTERM ends turtlesim without output."""
+def live():
     with reserved_domain() as domain_id, graph(domain_id) as live:
-        with process(COMMAND, domain_id, stop=None) as turtlesim:
-            yield turtlesim, live
-            before = turtlesim.output
-            assert turtlesim.stop(signal.SIGTERM) == 0
-            assert turtlesim.output == before
+        yield live
+
+
+@pytest.fixture(scope='module', autouse=True)
+def turtlesim(live):
+    """Run turtlesim. Check that SIGTERM ends turtlesim without output."""
+    with process(COMMAND, live.domain_id, stop=None) as turtlesim:
+        yield turtlesim
+        before = turtlesim.output
+        assert turtlesim.stop(signal.SIGTERM) == 0
+        assert turtlesim.output == before
 
 
 @pytest.fixture
-def poses(shared):
-    _, live = shared
+def poses(live):
     live.call('reset', Empty)
     poses = poses_of(live, 'turtle1')
     wait_for_pose(live, poses, lambda pose: pose.x == pose.y == ARENA_CENTER, 'the start')
@@ -69,9 +73,8 @@ def wait_for_pose(live, poses, condition, name):
     return live.wait_for(lambda: condition(poses.last) and poses.last, TIMEOUT, name)
 
 
-def test_poses_are_published_at_62_5_hz(shared, poses):
+def test_poses_are_published_at_62_5_hz(live, poses):
     """The node skips late ticks, and its topics are reliable and volatile."""
-    _, live = shared
     first = poses.messages[0]
     live.wait_for(lambda: len(poses.messages) > 100 and median(
         later - earlier for earlier, later in pairwise(poses.times)) == pytest.approx(
@@ -85,9 +88,8 @@ def test_poses_are_published_at_62_5_hz(shared, poses):
         assert qos.durability == DurabilityPolicy.VOLATILE
 
 
-def test_command_moves_turtle_for_one_second(shared, poses):
+def test_command_moves_turtle_for_one_second(live, poses):
     """A velocity command lasts a whole number of ticks. Only a holonomic turtle moves sideways."""
-    _, live = shared
     commands = live.publisher('turtle1/cmd_vel', Twist)
     commands.publish(Twist(linear=Vector3(x=1.0, y=1.0)))
     wait_for_pose(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
@@ -106,10 +108,8 @@ def test_command_moves_turtle_for_one_second(shared, poses):
     assert pose.linear_velocity == 1.0
 
 
-def test_teleport_services_move_turtle_at_once(shared, poses):
+def test_teleport_services_move_turtle_at_once(live, turtlesim, poses):
     """If a wall limits the new position, the node logs a warning."""
-    turtlesim, live = shared
-
     def jump(x, y):
         live.call('turtle1/teleport_absolute', TeleportAbsolute,
                   TeleportAbsolute.Request(x=x, y=y, theta=0.0))
@@ -126,10 +126,8 @@ def test_teleport_services_move_turtle_at_once(shared, poses):
                               r'x=20\.000000, y=8\.088889\]\)', TIMEOUT)
 
 
-def test_turtles_are_spawned_and_killed(shared, poses):
+def test_turtles_are_spawned_and_killed(live, turtlesim, poses):
     """Invalid names are refused, and reset removes all turtles except turtle1."""
-    turtlesim, live = shared
-
     def spawn(name):
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 
@@ -153,31 +151,28 @@ def test_turtles_are_spawned_and_killed(shared, poses):
     wait_for_removal('turtle2')
 
 
-def test_drawing_services_only_log_a_warning(shared):
-    turtlesim, live = shared
+def test_drawing_services_only_log_a_warning(live, turtlesim):
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)
     turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim does not draw\n', TIMEOUT)
 
 
-def test_mimic_copies_the_velocities_of_draw_square(shared, poses):
-    _, live = shared
-    domain_id, copy = live.context.get_domain_id(), live.record('copy', Twist)
+def test_mimic_copies_the_velocities_of_draw_square(live, poses):
+    copy = live.record('copy', Twist)
     with process([executable('turtlesim', 'mimic'), '--ros-args', '-r', 'output/cmd_vel:=copy',
-                  '-r', 'input/pose:=turtle1/pose'], domain_id):
-        with process([executable('turtlesim', 'draw_square')], domain_id):
+                  '-r', 'input/pose:=turtle1/pose'], live.domain_id):
+        with process([executable('turtlesim', 'draw_square')], live.domain_id):
             live.wait_for(lambda: copy.last and copy.last.linear.x == 1.0, TIMEOUT, 'the side')
             live.wait_for(lambda: copy.last.angular.z > 0.39, TIMEOUT, 'the turn')
             assert poses.last.x > ARENA_CENTER + 1.8
 
 
-def test_arrow_keys_drive_the_turtle_until_q_is_pressed(shared, poses):
-    _, live = shared
+def test_arrow_keys_drive_the_turtle_until_q_is_pressed(live, poses):
     keyboard, terminal = os.openpty()
     before = termios.tcgetattr(terminal)
     with subprocess.Popen(
             [executable('turtlesim', 'turtle_teleop_key')], stdin=terminal,
-            env={**os.environ, 'ROS_DOMAIN_ID': str(live.context.get_domain_id())}) as program:
+            env={**os.environ, 'ROS_DOMAIN_ID': str(live.domain_id)}) as program:
         try:
             for key, velocity in ((b'\x1b[A', (2.0, 0.0)), (b'x\x1b[D', (0.0, 2.0))):
                 live.wait_for(lambda: os.write(keyboard, key) and velocity == (
