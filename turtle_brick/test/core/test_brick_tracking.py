@@ -12,24 +12,48 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test when the brick is falling, has landed and is still."""
+"""Test the detection of falls, landings and rest with examples and random motions."""
 
-from laws import GRAVITY, REST_Z, seconds
+from collections import deque
+from math import cos, isnan, pi, sin, sqrt
+
+from hypothesis import given
+from hypothesis import strategies as st
+from laws import GRAVITY, law, NS_PER_SECOND, REST_Z, seconds
 import pytest
-from turtle_brick.core.brick_tracking import BrickTracker
+from turtle_brick.core.brick_tracking import BrickTracker, Fall, FallDetector
+from turtle_brick.physics import STEP_NS
 
 PERIOD = 0.004
 
 
-def make_tracker():
+def test_fall_is_detected_at_its_third_position():
+    detector = FallDetector(gravity=10.0)
+    detector.observe(0, (5.0, 5.0, 9.0))
+    detector.observe(100_000_000, (5.0, 5.0, 8.95))
+    assert detector.fall is None
+    detector.observe(200_000_000, (5.0, 5.0, 8.8))
+    assert detector.fall.position == (5.0, 5.0, 8.8)
+    assert detector.fall.speed == pytest.approx(2.0)
+
+
+def test_height_of_a_falling_brick_and_time_to_a_height():
+    fall = Fall(0, 5.0, 5.0, 9.0, speed=1.0)
+    assert fall.height(2 * NS_PER_SECOND, gravity=2.0) == pytest.approx(3.0)
+    assert fall.time_to(3.0, gravity=2.0) == pytest.approx(2.0)
+    assert isnan(fall.time_to(10.0, gravity=2.0))
+
+
+@pytest.fixture
+def tracker():
     return BrickTracker(GRAVITY, REST_Z)
 
 
-def fall(tracker, start, height, end, x=5.0):
+def drop(tracker, start, height, end):
     """Let the brick fall from `height` to `end` (m), beginning at `start` (s). Return the time."""
     step = 0
     while (z := height - 0.5 * GRAVITY * (step * PERIOD) ** 2) > end:
-        tracker.observe(seconds(start + step * PERIOD), (x, 5.0, z))
+        tracker.observe(seconds(start + step * PERIOD), (5.0, 5.0, z))
         step += 1
     return start + step * PERIOD
 
@@ -41,35 +65,33 @@ def rest(tracker, start, position, time=0.1, is_attached=False):
     return start + time
 
 
-def test_brick_falls_lands_and_rests():
-    tracker = make_tracker()
+def test_brick_falls_lands_rests_and_is_carried(tracker):
     assert not (tracker.fall or tracker.is_falling_to_platform or tracker.has_landed)
-    now = fall(tracker, rest(tracker, 1.0, (5.0, 5.0, 4.0)), 4.0, REST_Z)
+    now = drop(tracker, rest(tracker, 1.0, (5.0, 5.0, 4.0)), 4.0, REST_Z)
     assert tracker.fall is not None and tracker.is_falling_to_platform
     assert not tracker.has_landed and tracker.still_for == 0.0
-    rest(tracker, now, (5.0, 5.0, REST_Z), 0.5)
+    now = rest(tracker, now, (5.0, 5.0, REST_Z), 0.5)
     assert tracker.fall is None and tracker.has_landed
     assert tracker.still_for == pytest.approx(0.5, abs=2 * PERIOD)
+    rest(tracker, now, (5.5, 5.0, REST_Z), 0.1)
+    assert tracker.has_landed and tracker.still_for == pytest.approx(0.1)
 
 
-def test_brick_that_passes_the_platform_has_not_landed():
-    tracker = make_tracker()
-    now = fall(tracker, 1.0, 4.0, 0.06)
+def test_brick_that_passes_the_platform_has_not_landed(tracker):
+    now = drop(tracker, 1.0, 4.0, 0.06)
     assert tracker.fall is not None and not tracker.is_falling_to_platform
     rest(tracker, now, (5.0, 5.0, 0.06))
     assert tracker.fall is None and not tracker.has_landed
 
 
 @pytest.mark.parametrize('x', (5.0, 7.0))
-def test_brick_placed_at_its_resting_height_has_not_landed(x):
+def test_brick_placed_at_its_resting_height_has_not_landed(tracker, x):
     """The fall ends before the brick can have reached the platform."""
-    tracker = make_tracker()
-    rest(tracker, fall(tracker, 1.0, 6.0, 5.0), (x, 5.0, REST_Z))
+    rest(tracker, drop(tracker, 1.0, 6.0, 5.0), (x, 5.0, REST_Z))
     assert tracker.fall is None and not tracker.has_landed
 
 
-def test_attached_brick_has_landed_until_it_is_detached_or_tilted():
-    tracker = make_tracker()
+def test_attached_brick_has_landed_until_it_is_detached_or_tilted(tracker):
     now = rest(tracker, 1.0, (5.0, 5.0, REST_Z), is_attached=True)
     assert tracker.has_landed
     now = rest(tracker, now, (5.0, 5.0, REST_Z - 0.02), is_attached=True)
@@ -79,17 +101,136 @@ def test_attached_brick_has_landed_until_it_is_detached_or_tilted():
     assert not tracker.has_landed
 
 
-def test_carried_brick_has_landed_and_moves():
-    tracker = make_tracker()
-    now = rest(tracker, fall(tracker, 1.0, 4.0, REST_Z), (5.0, 5.0, REST_Z))
-    rest(tracker, now, (5.5, 5.0, REST_Z), 0.1)
-    assert tracker.has_landed and tracker.still_for == pytest.approx(0.1)
-
-
-def test_rounding_errors_are_not_motion_but_a_clock_set_back_is():
-    tracker = make_tracker()
+def test_rounding_errors_are_not_motion_but_a_clock_set_back_is(tracker):
     for step in range(10):
         tracker.observe(seconds(1.0 + 0.1 * step), (5.0, 5.0, 4.0 + step % 2 * 1e-10))
     assert tracker.still_for == pytest.approx(0.9)
     tracker.observe(seconds(1.5), (5.0, 5.0, 4.0))
     assert tracker.still_for == 0.0
+
+
+class DetectorBench:
+
+    def __init__(self, intervals=(STEP_NS,), gravity=GRAVITY):
+        self.detector = FallDetector(gravity)
+        self.intervals = deque(intervals)
+        self.now = 10 * NS_PER_SECOND
+        self.fall_count = 0
+
+    def observe(self, x, y, z):
+        """Observe a position twice, advance the time, and return whether a fall is detected."""
+        before = self.detector.fall
+        self.detector.observe(self.now, (x, y, z))
+        fall = self.detector.fall
+        self.detector.observe(self.now, (x, y, z))
+        assert self.detector.fall is fall, 'A repeated position is ignored.'
+        is_fall = fall is not None and fall is not before
+        self.fall_count += is_fall
+        self.now += self.intervals[0]
+        self.intervals.rotate(-1)
+        return is_fall
+
+    def hover(self, x, y, z, samples):
+        for _ in range(samples):
+            self.observe(x, y, z)
+
+    def fall(self, x, y, z, release, samples):
+        """Observe a brick released at a given time (ns) and return the detected fall."""
+        for _ in range(samples):
+            time = max(self.now - release, 0) * 1e-9
+            if self.observe(x, y, z - 0.5 * self.detector.gravity * time * time):
+                return self.detector.fall
+        return None
+
+
+gravities = st.floats(0.5, 30.0)
+heights = st.floats(0.5, 30.0)
+coordinates = st.floats(-10.0, 20.0)
+signs = st.sampled_from((0.0, 1.0, -1.0))
+
+# Regular or irregular intervals (ns) between samples, each at most 20 ms (50 Hz).
+intervals = st.one_of(
+    st.just([STEP_NS]), st.just([20_000_000]),
+    st.lists(st.integers(1_000_000, 20_000_000), min_size=1, max_size=10))
+
+
+@law(40)
+@given(x=coordinates, y=coordinates, height=heights, gravity=gravities, spacing=intervals,
+       hovering=st.integers(0, 5), part=st.floats(0.0, 1.0))
+def test_fall_is_detected_by_its_third_sample_with_its_course(
+        x, y, height, gravity, spacing, hovering, part):
+    """The release can be up to 2 s before the first sample."""
+    bench = DetectorBench(spacing, gravity)
+    bench.hover(x, y, height, hovering)
+    release = bench.now - round(
+        part * (bench.intervals[-1] if hovering else 2 * NS_PER_SECOND))
+    # The first of the four samples may coincide with the release.
+    fall = bench.fall(x, y, height, release, 4)
+    assert fall.speed == pytest.approx(gravity * (fall.stamp - release) * 1e-9, abs=1e-3)
+    for drop in (0.3, 0.5, 5.0, 25.0):
+        contact = release + sqrt(2.0 * drop / gravity) * 1e9
+        if contact > fall.stamp:
+            estimate = fall.stamp + fall.time_to(height - drop, gravity) * 1e9
+            assert abs(estimate - contact) <= 1e6
+    assert fall.position[:2] == (x, y)
+    bench.fall(x, y, height, release, 100)
+    assert bench.fall_count == 1
+
+
+@law(30)
+@given(spacing=intervals, gravity=gravities, places=st.lists(
+    st.tuples(st.integers(2, 4), st.booleans(), st.one_of(
+        st.floats(-1e-2, 1e-2), st.floats(-10.0, 10.0), st.floats(-1e-6, 1e-6))),
+    max_size=20))
+def test_placing_a_brick_is_not_a_fall(spacing, gravity, places):
+    """The brick may be moved any distance up, down or sideways, in any order."""
+    bench = DetectorBench(spacing, gravity)
+    x, z = 5.0, 20.0
+    for samples, sideways, amount in places:
+        x, z = (x + amount, z) if sideways else (x, z + amount)
+        bench.hover(x, 5.0, z, samples)
+    assert bench.fall_count == 0
+
+
+slides = st.builds(lambda tilt: (tilt, 0.0, sin(tilt)), st.floats(0.1, 1.5) | st.floats(1.2, 1.5))
+other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
+                        st.floats(0.0, 0.88) | st.floats(1.12, 3.0))
+
+
+@law(40)
+@given(motion=slides | other_falls, spacing=intervals)
+def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
+    """The slide most similar to a fall occurs at the maximum tilt_angle (1.5 rad)."""
+    slope, speed, factor = motion
+    bench = DetectorBench(spacing)
+    start = bench.now
+    for _ in range(60):
+        time = (bench.now - start) * 1e-9
+        path = speed * time + 0.5 * factor * GRAVITY * time * time
+        bench.observe(5.0 + path * cos(slope), 5.0, 50.0 - path * sin(slope))
+    assert bench.fall_count == 0
+
+
+@law(40)
+@given(spacing=intervals, samples=st.integers(0, 20), sideways=signs, upward=signs,
+       amount=st.floats(0.02, 10.0), is_time_set_back=st.booleans())
+def test_interrupted_fall_ends_and_the_next_fall_is_detected(
+        spacing, samples, sideways, upward, amount, is_time_set_back):
+    """The fall ends when the brick is placed or stops, or when the clock is set back."""
+    bench = DetectorBench(spacing)
+    release = bench.now
+    assert bench.fall(5.0, 5.0, 20.0, release, 4)
+    bench.fall(5.0, 5.0, 20.0, release, samples)
+    time = (bench.now - release) * 1e-9
+    x, z = 5.0 + sideways * amount, 20.0 - 0.5 * GRAVITY * time * time + upward * amount
+    if is_time_set_back:
+        bench.now -= seconds(amount) + 1
+    bench.hover(x, 5.0, z, 1)
+    has_stopped = sideways == upward == 0.0 and not is_time_set_back
+    assert has_stopped or bench.detector.fall is None
+    landed = bench.now
+    while bench.now - landed < 100_000_000:
+        bench.hover(x, 5.0, z, 1)
+    assert (bench.detector.fall, bench.fall_count) == (None, 1)
+    again = bench.fall(x, 5.0, z, bench.now, 4)
+    assert (again.x, bench.fall_count) == (x, 2)

@@ -23,7 +23,6 @@ from laws import law, PARAMETERS
 import pytest
 from turtle_brick.core.driving import (BRAKING_TIME, COMMAND_DELAY, COMMAND_PERIOD, Driver,
                                        POSE_TIMEOUT, TURN_DISTANCE)
-from turtle_brick.core.reachability import drive_time
 from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, TICK, Turtle, TurtlePose,
                                                     within_arena)
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
@@ -192,19 +191,3 @@ def test_driver_continues_after_a_restart_of_turtlesim(drive, part, angle, theta
     assert all(command == (0.0, 0.0) for command in silent)
     # Queued commands may move the turtle away from the goal.
     bench.assert_rests(goal, settling_time(bench.distance(goal), bench.speed) + 0.1)
-
-
-@law(24)
-@given(speed=speeds, radius=st.floats(0.02, 2.0), part=st.floats(0.0, 1.5), angle=headings,
-       seed=seeds)
-def test_robot_is_within_the_radius_after_the_drive_time(speed, radius, part, angle, seed):
-    """The first motion takes at most 0.1 s, which the command latency covers."""
-    parameters = replace(PARAMETERS, max_velocity=speed, platform_radius=radius)
-    distance = min(radius + part * speed, 5.4)
-    bench = Bench(speed, (5.5, 5.5, 0.3), seed)
-    goal = 5.5 + distance * cos(angle), 5.5 + distance * sin(angle)
-    begin, distance = bench.now * 1e-9, bench.distance(goal)
-    bench.driver.drive_to(*goal)
-    bench.rest(settling_time(distance, speed))
-    reached = next(time for time, pose in bench.poses if dist(pose[:2], goal) <= radius)
-    assert reached <= begin + drive_time(distance, parameters)

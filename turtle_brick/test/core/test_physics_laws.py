@@ -92,14 +92,6 @@ def riding(place=(0.0, 0.0), yaw=0.0, **keywords):
     return world
 
 
-@pytest.mark.parametrize('steps', (1, 7, 250, 9_991))
-def test_drop_follows_the_closed_form_at_any_timestep(steps):
-    world = World((1.5, -2.5, 10.0), 9.81, 0.5, 1.0 / steps)
-    for step in range(1, steps + 1):
-        world.drop()
-        assert gap(world.brick, (1.5, -2.5, 10.0 - 9.81 / 2.0 * (step / steps) ** 2)) <= 1e-9
-
-
 @pytest.mark.parametrize('x, z, phase', [
     (0.1, TOP + LIFT, Phase.RIDING), (0.1, TOP + LIFT + 1e-10, Phase.RIDING),
     (0.1, TOP + LIFT - 0.9e-9, Phase.RIDING), (0.1, TOP + LIFT - 2e-9, Phase.GROUNDED),
