@@ -92,15 +92,17 @@ def test_a_terminal_shows_the_progress_of_a_command(program, capsys, monkeypatch
     assert all(len(line.replace('\033[K', '')) <= 40 for line in output.split('\r'))
 
 
-COLCON = f"""#!{os.path.realpath(sys.executable)}
-import pathlib, sys
-top = pathlib.Path.cwd()
-selected = sys.argv[sys.argv.index('--packages-select') + 1:sys.argv.index('--build-base')]
-(top / 'built').write_text(' '.join([(top / 'built').read_text(), *selected]))
-for name in selected:
-    pathlib.Path(sys.argv[-1], name).mkdir(parents=True)
-if (top / 'broken').exists():
-    sys.exit('error: it is broken')
+COLCON = """#!/bin/sh
+for word; do
+  case $word in
+    --packages-select) selecting=yes ;;
+    --build-base) selecting= ;;
+    *) if [ "$selecting" ]; then selected="$selected $word"; fi; install=$word ;;
+  esac
+done
+printf %s "$selected" >>built
+for name in $selected; do mkdir -p "$install/$name"; done
+if [ -e broken ]; then echo 'error: it is broken'; exit 1; fi
 """
 """Replacement for colcon that records the selected packages and fails if `broken` exists."""
 
@@ -260,14 +262,14 @@ sys.exit(make_environment.main())"""
 @pytest.fixture
 def waiting(top):
     with started(top, 'wait') as process:
-        process.wait_for_output('downloading', 20.0)
+        process.wait_for_output('downloading', 600.0)
         assert (top / '.ros/venv/attempt').exists()
         yield process
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
 def test_an_interrupted_installation_is_deleted(top, waiting, number):
-    assert waiting.stop(number) == 1
+    assert waiting.stop(number, 600.0) == 1
     assert waiting.output.splitlines()[-1] == (
         'turtle_brick: The build was interrupted. Source env.bash again.')
     assert not (top / '.ros').exists()
@@ -275,11 +277,11 @@ def test_an_interrupted_installation_is_deleted(top, waiting, number):
 
 def test_a_second_process_waits_for_the_first(top, waiting):
     with started(top, 'oops') as second:
-        second.wait_for_output('Another terminal is building this workspace', 20.0)
+        second.wait_for_output('Another terminal is building this workspace', 600.0)
         with pytest.raises(TimeoutError):
             second.wait_for_output('oops', 1.0)
         waiting.kill()  # An unfinished installation remains.
-        assert second.wait(20.0) == 1
+        assert second.wait(600.0) == 1
         assert 'oops' in second.output
     assert not (top / '.ros').exists()
 

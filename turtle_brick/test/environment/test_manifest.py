@@ -14,6 +14,7 @@
 """Compare all imports with the dependencies in package.xml and with the permitted layers."""
 
 import ast
+from functools import cache
 from pathlib import Path
 import re
 import sys
@@ -53,21 +54,26 @@ MAY_IMPORT = {
 """Modules and packages in this workspace that each folder or file may import."""
 
 
+@cache
+def imports_of(path):
+    """Return the full names of all modules that a file imports."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and '.' in node.module:
+            names.add(node.module)
+        elif isinstance(node, ast.ImportFrom):
+            names.update(f'{node.module}.{alias.name}' for alias in node.names)
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) == 'pytest.importorskip':
+            names.add(ast.literal_eval(node.args[0]))
+    return names
+
+
 def imports(*patterns):
     """Return the full names of all modules imported by files that match the patterns."""
-    names = set()
-    paths = [path for pattern in patterns for path in PACKAGE.glob(pattern)]
-    for path in [path for path in paths if 'workspaces' not in path.parts]:
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Import):
-                names.update(alias.name for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and '.' in node.module:
-                names.add(node.module)
-            elif isinstance(node, ast.ImportFrom):
-                names.update(f'{node.module}.{alias.name}' for alias in node.names)
-            elif isinstance(node, ast.Call) and ast.unparse(node.func) == 'pytest.importorskip':
-                names.add(ast.literal_eval(node.args[0]))
-    return names
+    paths = (path for pattern in patterns for path in PACKAGE.glob(pattern))
+    return set().union(*(imports_of(path) for path in paths if 'workspaces' not in path.parts))
 
 
 def imported_packages(*patterns):
