@@ -29,7 +29,7 @@ import ctypes
 from dataclasses import replace
 from fcntl import ioctl
 import heapq
-from math import cos, dist, inf, pi, sin
+from math import dist, inf, nan
 import os
 from pathlib import Path
 from random import Random
@@ -46,9 +46,8 @@ from graph_client.record import Received
 from graph_client.spinning import handle_interrupts, INTERRUPTED
 from rcl_interfaces.msg import Log
 from std_msgs.msg import String
-from turtle_brick.core.parameters import default_path, load, Parameters
-from turtle_brick.core.reachability import guaranteed_distance, resting_height
-from turtle_brick.core.turtlesim_kinematics import within_arena
+from turtle_brick.core.parameters import default_path, load
+from turtle_brick.tools.demo import random_brick
 from turtle_brick.tools.graph import Graph
 
 HERE = Path(__file__).resolve()
@@ -62,11 +61,8 @@ TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x891
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
 
-START_TIME = 180.0
-"""Timeout (s) for the start of the graph."""
-
-TIMEOUT = 120.0
-"""Timeout (s) for all other events, such as a drive across the arena."""
+TIMEOUT = 600.0
+"""Timeout (s) for each event, such as the start of the graph on a busy machine."""
 
 
 def move_to_new_host(number: int) -> int:
@@ -114,18 +110,6 @@ def switch(taps: list[int], delay: float, jitter: float, is_done: Callable[[], b
                                                count, tap, frame))
 
 
-def random_place(robot: tuple[float, float], parameters: Parameters, random: Random
-                 ) -> tuple[float, float, float]:
-    """Return a random position (m) within the guaranteed distance."""
-    while True:
-        z = resting_height(parameters) + random.uniform(3.0, 7.0)
-        distance = random.uniform(0.6, 1.0) * guaranteed_distance(z, parameters)
-        angle = random.uniform(-pi, pi)
-        x, y = robot[0] + distance * cos(angle), robot[1] + distance * sin(angle)
-        if within_arena(x, y) == (x, y):
-            return x, y, z
-
-
 def latest(messages: list[Received]) -> str:
     return messages[-1].message.data if messages else ''
 
@@ -159,15 +143,14 @@ def drop_bricks(options: argparse.Namespace) -> int:
             for topic in ('catcher_decision', 'catcher_state', 'brick_state'))
         # The catcher may discover the robot later than this client.
         graph.spin_until(lambda: client.is_complete() and any(
-            'waiting for a fall' in line.message.msg for line in log), START_TIME,
+            'waiting for a fall' in line.message.msg for line in log), TIMEOUT,
                          'robot, arena and catcher are running')
         while outcomes.total() < options.drops:
             graph.spin_until(lambda: latest(catcher_states) == 'waiting', TIMEOUT,
                              'the catcher is waiting')
             client.wait_until(client.is_at_rest, TIMEOUT)
-            robot = client.robot_position()
-            assert robot is not None
-            place = random_place(robot, parameters, random)
+            place = random_brick(random, client, parameters, 0.6, 1.0)
+            distance = dist(place[:2], client.robot_position() or (nan, nan))
             client.place(place, hovering=1.0).check()
             decisions.clear()
             brick_states.clear()
@@ -184,7 +167,7 @@ def drop_bricks(options: argparse.Namespace) -> int:
                 print('  missed, but not counted because the machine was overloaded', flush=True)
                 continue
             outcomes[outcome] += 1
-            print(f'  {dist(place[:2], robot):.2f} m: {outcome}', flush=True)
+            print(f'  {distance:.2f} m: {outcome}', flush=True)
         late = [line.message.msg for line in log if 'to respond to a goal' in line.message.msg]
     for warning in late:
         print(f'  {warning}', flush=True)

@@ -23,8 +23,9 @@ from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
 from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.driving import braking_loss, BRAKING_TIME
-from turtle_brick.core.reachability import (decide_reachability, DETECTION_TIME, fall_time,
-                                            guaranteed_distance, resting_height, time_needed)
+from turtle_brick.core.reachability import (decide_reachability, DETECTION_TIME, drive_time,
+                                            fall_time, guaranteed_distance, resting_height,
+                                            time_needed)
 from turtle_brick.core.robot_tracking import RobotState
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 
@@ -125,6 +126,8 @@ def test_decision_follows_the_formula_and_keeps_the_guarantee(
 
 def test_braking_loss_is_the_time_that_the_exponential_approach_adds():
     """The distance to the goal decreases by the factor e in each BRAKING_TIME."""
-    braking_distance = BRAKING_TIME * 3.0
-    assert braking_loss(braking_distance, 3.0) == 0.0
-    assert braking_loss(braking_distance / e, 3.0) == pytest.approx(BRAKING_TIME / e)
+    radius = BRAKING_TIME * 3.0 / e
+    assert braking_loss(e * radius, 3.0) == 0.0
+    assert braking_loss(radius, 3.0) == pytest.approx(BRAKING_TIME / e)
+    parameters = replace(PARAMETERS, platform_radius=radius, max_velocity=3.0)
+    assert drive_time(radius + 3.0, parameters) == pytest.approx(LATENCY + 1.0 + BRAKING_TIME / e)

@@ -41,7 +41,7 @@ DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
 
 
 def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
-    """Return a record of messages before and after a release. `transformed` is the motion in TF."""
+    """Return a record of a release. `transformed` is the time (ns) of the first motion in TF."""
     record = Record(Profile())
     record.frames = {BRICK: Frame(False), BASE_LINK: Frame(False)}
     for step in range(-5, 40):

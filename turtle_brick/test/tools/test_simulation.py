@@ -22,16 +22,15 @@ from dataclasses import replace
 from math import cos, dist, exp, log, pi, sin
 from random import Random
 
+from laws import PARAMETERS
 import pytest
 from turtle_brick.core.catch_logic import CENTER, GOAL_TOLERANCE, State
-from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import (DETECTION_TIME, drive_time, fall_time,
                                             guaranteed_distance, resting_height)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.physics import Phase
 from turtle_brick.tools.simulation import Delays, Simulation
 
-PARAMETERS = load()
 STEP = 0.004
 
 # The delays in the live graph without jitter, and longer delays with jitter.
@@ -139,26 +138,6 @@ def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
     assert verdicts.count(True) >= 10
     assert verdicts.count(False) >= 3
     assert states == set(State)
-
-
-def test_reachable_bricks_are_caught_by_a_robot_that_turns_back():
-    """A catch succeeds although turtlesim still executes commands in the opposite direction."""
-    random = Random(1)
-    for seed in range(24):
-        speed = random.uniform(1.0, 6.0)
-        parameters = replace(PARAMETERS, max_velocity=speed)
-        simulation = simulate(parameters, seed, DELAYS[1], (5.5, 5.5, 0.0))
-        # A fall from this height gives the robot time to reach every point.
-        for x, pause in ((10.5, random.uniform(0.3, 0.36)), (0.5, random.uniform(0.02, 0.2))):
-            simulation.world.brick = (x, 5.5, 1000.0)
-            simulation.world.release()
-            simulation.rest(pause)
-        z = resting_height(parameters) + random.uniform(0.8, 3.0)
-        time = fall_time(z, parameters) - DETECTION_TIME - 2.0 * parameters.command_latency
-        reach = max(speed * time, 0.0)
-        x = simulation.turtle.pose.x + parameters.platform_radius + reach * random.uniform(0.7, 1)
-        simulation.world.brick = (x, 5.5, z)
-        drop_and_check(simulation)
 
 
 @pytest.mark.parametrize('delays', DELAYS)
