@@ -23,8 +23,7 @@ from laws import law, PARAMETERS
 import pytest
 from turtle_brick.core.driving import (BRAKING_TIME, COMMAND_DELAY, COMMAND_PERIOD, Driver,
                                        POSE_TIMEOUT, TURN_DISTANCE)
-from turtle_brick.core.turtlesim_kinematics import (ARENA_SIZE, TICK, Turtle, TurtlePose,
-                                                    within_arena)
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, TurtlePose, within_arena
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
 
@@ -96,98 +95,35 @@ def test_stem_points_along_the_command_and_ignores_small_corrections():
     assert driver.command(2.0) != (0.0, 0.0) and driver.stem_angle == turned
 
 
-class Bench(Simulation):
-
-    def __init__(self, speed, start=(5.5, 5.5, 0.0), seed=0, jitter=True):
-        super().__init__(replace(PARAMETERS, max_velocity=speed), seed,
-                         JITTER if jitter else Delays(), start)
-        self.speed = speed
-        self.poses, self.commands = [], []
-        self.record(self.turtle, 'tick', self.poses)
-        self.record(self.driver, 'command', self.commands)
-        self.rest(0.3)
-
-    def record(self, thing, method, results):
-        """Append the times and results of all calls of a method to a list."""
-        call = getattr(thing, method)
-
-        def recorded(now):
-            results.append((now, call(now)))
-            return results[-1][1]
-
-        setattr(thing, method, recorded)
-
-    def distance(self, goal):
-        return dist(self.turtle.pose[:2], goal)
-
-    def assert_rests(self, goal, after, time=0.3):
-        since = self.now * 1e-9 + after
-        self.rest(after + time)
-        assert all(hypot(*command) <= self.speed * (1.0 + 1e-12) for _, command in self.commands)
-        assert self.poses[-1][0] > since + time - 0.1
-        assert all(dist(pose[:2], goal) <= 0.005 for at, pose in self.poses if at >= since)
-        assert all(command == (0.0, 0.0) for at, command in self.commands if at >= since)
-        assert self.driver.arrived
-
-
-places = st.tuples(*[st.floats(0.0, ARENA_SIZE)] * 2)
-speeds = st.floats(-1.0, 1.0).map(lambda exponent: 10.0 ** exponent)
+places = st.floats(0.0, ARENA_SIZE)
 headings = st.floats(-pi, pi)
-seeds = st.integers(0, 2 ** 32)
-
-
-@st.composite
-def drives(draw, longest=1.5, jitter=True):
-    """Return a robot at rest and a goal at most `longest` seconds away at full speed."""
-    speed, (x, y), angle = draw(speeds), draw(places), draw(headings)
-    way = speed * draw(st.one_of(st.floats(0.0, longest), st.floats(0.0, 0.05)))
-    goal = within_arena(x + way * cos(angle), y + way * sin(angle))
-    assume(dist(goal, (x, y)) > 1e-3)
-    return Bench(speed, (x, y, draw(headings)), draw(seeds), jitter), goal
-
-
-def settling_time(distance, speed):
-    """Return an upper bound (s) on a drive from rest until the robot stops at its goal."""
-    return distance / speed + 12.0 * BRAKING_TIME + 0.2
 
 
 @law(24)
-@given(data=st.data(), jitter=st.booleans())
-def test_driver_arrives_in_time_without_overshoot(data, jitter):
+@given(speed=st.floats(-1.0, 1.0).map(lambda exponent: 10.0 ** exponent), x=places, y=places,
+       theta=headings, time=st.floats(0.0, 1.5) | st.floats(0.0, 0.05), angle=headings,
+       seed=st.integers(0, 2 ** 32), delays=st.sampled_from((JITTER, Delays())))
+def test_driver_arrives_in_time_without_overshoot(speed, x, y, theta, time, angle, seed, delays):
     """The path is straight, with or without jitter (2 ms for ticks, 0.3 ms for commands)."""
-    bench, goal = data.draw(drives(jitter=jitter))
-    start, distance, speed = bench.turtle.pose, bench.distance(goal), bench.speed
-    bench.driver.drive_to(*goal)
-    bench.assert_rests(goal, settling_time(distance, speed))
+    goal = within_arena(x + time * speed * cos(angle), y + time * speed * sin(angle))
+    simulation = Simulation(replace(PARAMETERS, max_velocity=speed), seed, delays, (x, y, theta))
+    simulation.rest(0.3)
+    start, samples = simulation.turtle.pose, []
+    distance = dist(start[:2], goal)
+    assume(distance > 1e-3)
+    simulation.after_step = lambda: samples.append((simulation.turtle.pose, simulation.commanded))
+    simulation.driver.drive_to(*goal)
+    simulation.rest(distance / speed + 12.0 * BRAKING_TIME + 0.2)
     ex, ey = (goal[0] - start.x) / distance, (goal[1] - start.y) / distance
-    for _, pose in bench.poses:
+    for pose, command in samples:
+        assert hypot(*command) <= speed * (1.0 + 1e-12)
         dx, dy = pose.x - goal[0], pose.y - goal[1]
         assert dx * ex + dy * ey <= 0.002
         assert abs(dx * ey - dy * ex) <= 0.005
     # A repeated goal does not move the turtle.
-    bench.driver.drive_to(*goal)
-    bench.assert_rests(goal, 0.0)
-
-
-@law(10)
-@given(drive=drives(1.0), part=st.floats(0.0, 1.0), angle=headings, theta=headings,
-       after=st.floats(0.0, 0.4), pause=st.floats(0.3, 1.5))
-def test_driver_continues_after_a_restart_of_turtlesim(drive, part, angle, theta, after, pause):
-    """The new turtle has a different pose and an empty queue. Without poses, the robot stops."""
-    bench, goal = drive
-    bench.driver.drive_to(*goal)
-    bench.rest(after)
-    last, way = bench.poses[-1][0], part * bench.speed
-    start = within_arena(goal[0] + way * cos(angle), goal[1] + way * sin(angle))
-    # During the pause, the driver does not receive poses, and all commands are lost.
-    observe, bench.driver.observe = bench.driver.observe, lambda now, pose: None
-    bench.rest(pause)
-    bench.turtle = Turtle(*start, theta, holonomic=True, now=bench.now * 1e-9)
-    bench.record(bench.turtle, 'tick', bench.poses)
-    bench.rest(TICK)
-    bench.driver.observe = observe
-    silent = [command for at, command in bench.commands if last + POSE_TIMEOUT + 0.001 < at]
-    assert len(silent) >= (pause - POSE_TIMEOUT - TICK) / COMMAND_PERIOD - 2
-    assert all(command == (0.0, 0.0) for command in silent)
-    # Queued commands may move the turtle away from the goal.
-    bench.assert_rests(goal, settling_time(bench.distance(goal), bench.speed) + 0.1)
+    samples.clear()
+    simulation.driver.drive_to(*goal)
+    simulation.rest(0.3)
+    assert simulation.driver.arrived
+    assert all(dist(pose[:2], goal) <= 0.005 and command == (0.0, 0.0)
+               for pose, command in samples)

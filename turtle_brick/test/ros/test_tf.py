@@ -12,11 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the lookup of transforms, and the listener that rejects harmful transforms."""
+"""Test transform lookups, the listener that rejects harmful transforms, and times."""
 
 from math import inf, nan
+from types import SimpleNamespace
 from unittest.mock import Mock
 
+from builtin_interfaces.msg import Time as TimeMessage
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
@@ -27,6 +29,7 @@ from tf2_ros import Buffer
 from turtle_brick.core.geometry import MAX_COORDINATE, Pose
 from turtle_brick.ros.tf import (BUFFER_DURATION_NS, GuardedListener, latest_transform, MAX_AGE_NS,
                                  MAX_AHEAD_NS, pose_of, recent_pose, transform_message)
+from turtle_brick.ros.times import due_time, nanoseconds_of
 
 NOW = 1_000_000_000_000
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -138,3 +141,14 @@ def test_callback_gets_each_transform_after_its_message_is_stored():
             for number in range(burst, burst + 3)]))
     assert received == [(0, 2), (1, 2), (2, 2), (3, 5), (4, 5), (5, 5)]
     assert latest_transform(guarded.buffer, 'label') is not None
+
+
+@pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])
+def test_due_time_is_one_period_before_the_next_call(until, due):
+    """The due time is never later than the current time."""
+    timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
+    assert due_time(timer, 1000) == due
+
+
+def test_nanoseconds_of_a_timestamp():
+    assert nanoseconds_of(TimeMessage(sec=2, nanosec=3)) == 2_000_000_003
