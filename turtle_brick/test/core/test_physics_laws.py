@@ -103,15 +103,11 @@ def test_brick_lands_on_edge_and_top_of_the_platform_and_on_the_ground(x, z, pha
     assert gap(world.brick, (x, 0.0, TOP + LIFT if phase is Phase.RIDING else LIFT)) <= 1e-12
 
 
-@law(15)
-@given(yaw=headings, tilt=st.floats(-0.999, 0.999) | st.sampled_from((-0.999, 0.999)))
-def test_platform_has_a_level_tolerance_and_consistent_coordinates(yaw, tilt):
-    assert platform_at(yaw=yaw, tilt=tilt * LEVEL_TOLERANCE).is_level
-    for over in (pi, 0.01, 1.001 * LEVEL_TOLERANCE):
-        assert not platform_at(yaw=yaw, tilt=over).is_level
-    leaning = platform_at(1.0, 2.0, yaw, tilt)
-    point = leaning.pose.transform((0.3, -0.2, 0.5))
-    assert gap(leaning.coordinates_of(point), (0.3, -0.2)) <= 1e-9
+@pytest.mark.parametrize('tilt, is_level', [
+    (0.999 * LEVEL_TOLERANCE, True), (-0.999 * LEVEL_TOLERANCE, True),
+    (1.001 * LEVEL_TOLERANCE, False), (0.01, False), (pi, False)])
+def test_platform_has_a_level_tolerance(tilt, is_level):
+    assert platform_at(yaw=1.0, tilt=tilt).is_level is is_level
 
 
 @law(40)

@@ -12,8 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the startup and shutdown of a node process."""
+"""Test the startup, the parameters and the shutdown of a node."""
 
+from dataclasses import asdict, replace
 import signal
 import subprocess
 import sys
@@ -23,14 +24,19 @@ import psutil
 import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from turtle_brick.core.parameters import default_path
+from rclpy.parameter import Parameter
+from turtle_brick.arena import Arena
+from turtle_brick.catcher import CatcherNode
+from turtle_brick.core.parameters import (default_path, load, MissingParameterError,
+                                          PARAMETER_RULES)
 from turtle_brick.ros.node_main import init, make_executor
 from turtle_brick.ros.node_parameters import declare_parameters
+from turtle_brick.turtle_robot import TurtleRobot
 
 PROGRAM = """
-import os, signal, sys
-{before}
+import os, signal, threading
 from rcl_interfaces.msg import Log
+import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from turtle_brick.ros.node_main import init, spin
@@ -41,20 +47,20 @@ class Probe(Node):
         {construct}
         self.publisher = self.create_publisher(Log, 'log', 10)
         self.timer = self.create_timer(0.01, self.tick)
-        self.ticks = 0
 
     def tick(self):
-        self.ticks += 1
-        if self.ticks == 1:
-            print('up', type(self.executor).__name__, flush=True)
+        print('up', type(self.executor).__name__, flush=True)
         {tick}
 
 with init():
     spin(Probe(), {executor})
 """
-"""Program whose node prints a line when its timer callback is first called."""
+"""Program whose node prints a line at each call of its timer callback."""
 
 SEND_SIGNAL = 'os.kill(os.getpid(), signal.{})'
+
+DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
+            for name, value in asdict(load()).items()}
 
 
 @pytest.fixture
@@ -62,8 +68,8 @@ def start(domain_id):
     """Return a function that starts PROGRAM, and kill all started programs after the test."""
     started = []
 
-    def start(before='', construct='', tick='', executor=None):
-        code = PROGRAM.format(before=before, construct=construct, tick=tick, executor=executor)
+    def start(construct='', tick='', executor=None):
+        code = PROGRAM.format(construct=construct, tick=tick, executor=executor)
         started.append(subprocess.Popen([sys.executable, '-c', code], text=True,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE))
         return started[-1]
@@ -110,15 +116,10 @@ def test_signal_does_not_interrupt_constructors_and_callbacks(start, where, numb
     assert end_of(start(**{where: SEND_SIGNAL.format(number) + then})) == (0, [])
 
 
-BLOCKED_SHUTDOWN = """
-import rclpy, threading
-rclpy.try_shutdown = lambda: (print('blocked', flush=True), threading.Event().wait())
-"""
-
-
 def test_sigterm_ends_a_process_if_the_middleware_blocks_its_shutdown(start):
-    program = start(before=BLOCKED_SHUTDOWN, tick=SEND_SIGNAL.format('SIGINT'))
-    assert [program.stdout.readline() for _ in range(2)][1] == 'blocked\n'
+    program = start(tick=SEND_SIGNAL.format('SIGINT'), construct=(
+        'rclpy.try_shutdown = lambda: (print("blocked", flush=True), threading.Event().wait())'))
+    assert 'blocked\n' in iter(program.stdout.readline, '')
     program.terminate()
     assert end_of(program) == (-signal.SIGTERM, [])
 
@@ -146,3 +147,35 @@ def restored_signals():
     yield
     for number, handler in handlers.items():
         signal.signal(number, handler)
+
+
+def node_with(live, values, node_type=Node, **options):
+    """Return a node with parameter overrides."""
+    return live.add(node_type, parameters=False, **options, parameter_overrides=[
+        Parameter(name, value=value) for name, value in values.items()])
+
+
+def test_each_node_declares_the_parameters(live):
+    for node_type in (TurtleRobot, Arena, CatcherNode):
+        assert all(map(node_with(live, DEFAULTS, node_type).has_parameter, PARAMETER_RULES))
+
+
+def test_missing_parameters_are_reported_with_the_file_and_the_node(live):
+    node = node_with(live, {'max_velocity': 3.0}, node_name='probe')
+    with pytest.raises(MissingParameterError, match=(
+            '^missing parameters: brick_size, .*. Add --ros-args --params-file .*, or if a '
+            'parameter file was given, add a section for the node /.*probe or for /')):
+        declare_parameters(node)
+
+
+def test_parameters_have_values_descriptions_and_are_read_only(live):
+    node = node_with(live, {**DEFAULTS, 'max_velocity': 3, 'brick_start': [7, 6, 5]},
+                     node_name='probe')
+    assert declare_parameters(node) == replace(
+        load(), max_velocity=3.0, brick_start=(7.0, 6.0, 5.0))
+    for name, rule in PARAMETER_RULES.items():
+        descriptor, held = node.describe_parameter(name), node.get_parameter(name)
+        assert descriptor.description == rule.description
+        assert descriptor.additional_constraints == f'{name} must be {rule.allowed_values()}'
+        (result,) = node.set_parameters([held])
+        assert not result.successful and 'read-only' in result.reason
