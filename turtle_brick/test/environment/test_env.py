@@ -15,7 +15,6 @@
 
 import os
 from pathlib import Path
-from resource import getrusage, RUSAGE_CHILDREN
 import shlex
 import shutil
 import subprocess
@@ -70,8 +69,8 @@ FOREIGN = {
 
 
 @with_environment
-def test_a_ready_environment_is_sourced_quickly_and_silently(tmp_path):
-    """The PyPI environment works in a shell that uses another Python environment."""
+def test_a_ready_environment_is_sourced_silently(tmp_path):
+    """Nothing is built. The PyPI environment works in a shell that uses another Python."""
     foreign = {}
     if IS_PYPI:
         for name in ('rclpy', 'numpy', 'platform', 'yaml'):
@@ -80,10 +79,7 @@ def test_a_ready_environment_is_sourced_quickly_and_silently(tmp_path):
         python.parent.mkdir()
         python.symlink_to(shutil.which('python3'))
         foreign = {**FOREIGN, 'PYTHONPATH': str(tmp_path), 'COLCON_PYTHON_EXECUTABLE': str(python)}
-    before = getrusage(RUSAGE_CHILDREN)
     assert sourced(IMPORTS, **foreign) == (0, '', '')
-    after = getrusage(RUSAGE_CHILDREN)
-    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 5.0
 
 
 @pytest.mark.skipif(not IS_PYPI, reason='this is not a PyPI environment')
