@@ -25,13 +25,10 @@ import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from turtle_brick.arena import Arena
-from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.parameters import (default_path, load, MissingParameterError,
                                           PARAMETER_RULES)
 from turtle_brick.ros.node_main import init, make_executor
 from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.turtle_robot import TurtleRobot
 
 PROGRAM = """
 import os, signal, threading
@@ -58,9 +55,6 @@ with init():
 """Program whose node prints a line at each call of its timer callback."""
 
 SEND_SIGNAL = 'os.kill(os.getpid(), signal.{})'
-
-DEFAULTS = {name: list(value) if isinstance(value, tuple) else value
-            for name, value in asdict(load()).items()}
 
 
 @pytest.fixture
@@ -130,6 +124,15 @@ def test_sigterm_ends_a_process_if_the_middleware_blocks_its_shutdown(start):
     assert end_of(program) == (-signal.SIGTERM, [])
 
 
+@pytest.fixture
+def restored_signals():
+    """Restore the signal handlers of this process after a test that calls `init`."""
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
+
+
 @pytest.mark.parametrize('args, reason', [
     ([], f'missing parameters: .*Add --ros-args --params-file {default_path()}, or .*'),
     (['-p', 'gravity_accel:=-3'], 'gravity_accel is -3, but must be a number from .*'),
@@ -146,28 +149,14 @@ def test_invalid_arguments_end_the_program_with_one_sentence(
     assert '\n' not in ended.value.code
 
 
-@pytest.fixture
-def restored_signals():
-    """Restore the signal handlers of this process after a test that calls `init`."""
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in handlers.items():
-        signal.signal(number, handler)
-
-
-def node_with(live, values, node_type=Node, **options):
-    """Return a node with parameter overrides."""
-    return live.add(node_type, parameters=False, **options, parameter_overrides=[
+def probe(live, values):
+    """Return a node with parameter overrides but without declared parameters."""
+    return live.add(Node, parameters=False, node_name='probe', parameter_overrides=[
         Parameter(name, value=value) for name, value in values.items()])
 
 
-def test_each_node_declares_the_parameters(live):
-    for node_type in (TurtleRobot, Arena, CatcherNode):
-        assert all(map(node_with(live, DEFAULTS, node_type).has_parameter, PARAMETER_RULES))
-
-
 def test_missing_parameters_are_reported_with_the_file_and_the_node(live):
-    node = node_with(live, {'max_velocity': 3.0}, node_name='probe')
+    node = probe(live, {'max_velocity': 3.0})
     with pytest.raises(MissingParameterError, match=(
             '^missing parameters: brick_size, .*. Add --ros-args --params-file .*, or if a '
             'parameter file was given, add a section for the node /.*probe or for /')):
@@ -175,8 +164,9 @@ def test_missing_parameters_are_reported_with_the_file_and_the_node(live):
 
 
 def test_parameters_have_values_descriptions_and_are_read_only(live):
-    node = node_with(live, {**DEFAULTS, 'max_velocity': 3, 'brick_start': [7, 6, 5]},
-                     node_name='probe')
+    defaults = {name: list(value) if isinstance(value, tuple) else value
+                for name, value in asdict(load()).items()}
+    node = probe(live, {**defaults, 'max_velocity': 3, 'brick_start': [7, 6, 5]})
     assert declare_parameters(node) == replace(
         load(), max_velocity=3.0, brick_start=(7.0, 6.0, 5.0))
     for name, rule in PARAMETER_RULES.items():

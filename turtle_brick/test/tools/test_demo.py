@@ -51,12 +51,6 @@ def test_invalid_input_gives_one_sentence(domain, args, words, monkeypatch, caps
     assert sentence.startswith(f'demo: {words}') and ', at /' not in sentence
 
 
-def test_random_and_given_positions_exclude_each_other(capsys):
-    with pytest.raises(SystemExit, match='2'):
-        demo.main('--drops 3 --place 1 2 3'.split())
-    assert 'argument --place: not allowed with argument --drops' in capsys.readouterr().err
-
-
 @pytest.mark.parametrize('observed, fault', [
     ({'down': None}, 'the brick did not land'),
     ({'refusals': [1, 2], 'caught': False, 'distance': 9.0},
