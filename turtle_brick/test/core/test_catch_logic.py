@@ -206,7 +206,8 @@ def test_platform_is_tilted_and_leveled_smoothly():
     for begin, end in ((0, top), (top + 1, -1)):
         assert (times[end] - times[begin]) * 1e-9 == pytest.approx(RAMP_TIME, abs=0.05)
     assert angles[-1] == 0.0
-    # The cosine ramp is at most pi / 2 times as steep as a linear ramp.
+    # The cosine ramp starts slowly and is at most pi / 2 times as steep as a linear ramp.
+    assert 0.0 < angles[0] < 0.01 * PARAMETERS.tilt_angle
     steepest = 1.001 * PARAMETERS.tilt_angle * pi / 2.0 / RAMP_TIME * 0.02
     assert all(abs(after - before) <= steepest for before, after in pairwise(angles))
 

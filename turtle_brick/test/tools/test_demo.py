@@ -123,3 +123,4 @@ def test_two_arenas_are_separate_and_end_with_the_demo(live):
         assert topics() == arenas
         both.send(signal.SIGTERM)
         live.spin_until(lambda: not topics(), WAIT, 'all nodes have ended')
+        assert ' dropped: ' not in both.output, 'the arenas end before the last drop'
