@@ -16,7 +16,7 @@
 import argparse
 from collections import defaultdict
 from contextlib import redirect_stdout
-from functools import cache, partial
+from functools import partial
 from importlib import import_module
 from io import StringIO
 import os
@@ -93,15 +93,10 @@ def add_command(parser, command, typed, table):
     add_commands(parser, f'{command} ', typed, table)
 
 
-@cache
-def command_table():
-    text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
-    return yaml.load(text, Loader=yaml.CSafeLoader)
-
-
 def parse(argv):
     """Parse the command line. The `function` attribute of the result runs the verb."""
-    table = command_table()
+    text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
+    table = yaml.load(text, Loader=yaml.CSafeLoader)
     parser = argparse.ArgumentParser(
         prog='ros2', formatter_class=argparse.RawDescriptionHelpFormatter, **table['ros2'])
     add_arguments(parser, table['arguments']['ros2'])
