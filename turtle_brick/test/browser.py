@@ -34,8 +34,8 @@ TIMEOUT = 300.0
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
     '--remote-debugging-port=0',
-    # Render without a graphics card.
-    '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
+    # Without a graphics card, SwiftShader draws only WebGL, because it needs much time.
+    '--disable-gpu', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 FEW_FRAMES = """
 window.requestAnimationFrame = draw => setTimeout(() => draw(performance.now()), 250);
