@@ -18,7 +18,6 @@ from math import inf, nan
 import sys
 from xml.etree import ElementTree
 
-from browser import Chromium, find_chromium
 from graph_client.profiles import Profile, similar_names
 from graph_client.record import OVERLOADED
 import pytest
@@ -50,18 +49,6 @@ def test_the_page_contains_facts_table_and_plots():
     assert len(root.findall('.//table/tr')) == 1 + len(JUDGMENTS)
     assert [element.tag for element in root.find('body/main')][-3:] == [
         'table', *['{http://www.w3.org/2000/svg}svg'] * 2]
-
-
-@pytest.mark.skipif(find_chromium() is None, reason='Chromium is not installed')
-def test_the_pages_do_not_overflow(tmp_path, judged):
-    (tmp_path / 'page.html').write_text(report.page(JUDGMENTS, ABOUT))
-    report.summarize(judged, ['b', 'a'], None, tmp_path / 'class.html')
-    with Chromium(400) as browser:
-        for name in ('page', 'class'):
-            browser.go_to(f'file://{tmp_path}/{name}.html')
-            browser.wait_for(f'location.href.endsWith("{name}.html") && document.querySelector'
-                             '("table") && document.readyState === "complete"')
-            assert browser.evaluate('document.documentElement.scrollWidth') == 400
 
 
 def test_the_terminal_repeats_what_is_not_met(capsys):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the web page that runs the exercise in the browser, and the script that builds it."""
+"""Test the website, the script that builds it, and the pages of the referee in a browser."""
 
 from collections.abc import Iterator
 import json
@@ -27,6 +27,8 @@ from browser import Chromium, find_chromium, TIMEOUT
 from graph_client.processes import Process
 import pytest
 from turtle_brick.core.parameters import default_path, load
+from turtle_referee import report
+from turtle_referee.rules.rule import FAILED, Judgment, Plot
 import xacro
 import yaml
 
@@ -46,7 +48,7 @@ from random import Random
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.tools.simulation import simulate_drop
 random, decisions = Random(1), []
-for seed in range(50):
+for seed in range(25):
     brick = random.uniform(0.0, 11.0), random.uniform(0.0, 11.0), random.uniform(2.0, 9.0)
     drop = simulate_drop(Parameters(**values), seed, seed, brick)
     decisions.append(drop.result.decision.summary)
@@ -67,19 +69,45 @@ def test_the_modules_of_the_site_catch_a_brick_without_any_packages(tmp_path):
 
 
 @pytest.fixture(scope='module')
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """Open the page in a phone-sized window, with libraries downloaded from npm."""
-    if find_chromium() is None or shutil.which('npm') is None:
-        pytest.skip('Chromium or npm is not installed. Run: apt-get install chromium npm')
+def chromium() -> Iterator[Chromium]:
+    """Open a window with the size of a phone."""
+    if find_chromium() is None:
+        pytest.skip('Chromium is not installed. Run: apt-get install chromium')
+    with Chromium(400, 800) as chromium:
+        yield chromium
+
+
+def test_the_pages_of_the_referee_do_not_overflow(chromium, tmp_path):
+    judgments = [Judgment('b', 'ж', 'ö', FAILED, '-' * 300, Plot('', '', '', ([], []), ([], [])))]
+    about = {'seconds': 1.5, 'command': 'x', 'versions': {}, 'notes': [], 'date': '2026-11-23'}
+    (tmp_path / 'page.html').write_text(report.page(judgments, about))
+    (tmp_path / 'ann.json').write_text(report.as_json(judgments, about))
+    report.summarize(tmp_path, ['b', 'a'], None, tmp_path / 'class.html')
+    for name in ('page', 'class'):
+        chromium.go_to(f'file://{tmp_path}/{name}.html')
+        chromium.wait_for(f'location.href.endsWith("{name}.html") && document.querySelector'
+                          '("table") && document.readyState === "complete"')
+        assert chromium.evaluate('document.documentElement.scrollWidth') == 400
+
+
+@pytest.fixture(scope='module')
+def page(chromium: Chromium, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
+    """Open the page with libraries downloaded from npm."""
+    if shutil.which('npm') is None:
+        pytest.skip('npm is not installed. Run: apt-get install npm')
     folder = tmp_path_factory.mktemp('web')
     libraries = set(re.findall(r'npm/(.+?@.+?)/', (PACKAGE / 'web/index.html').read_text()))
-    install = ['npm', 'install', '--prefix', folder, '--ignore-scripts', '--fetch-retries=0',
-               '--fetch-timeout=20000', *libraries]
-    if subprocess.run(install, capture_output=True, timeout=TIMEOUT).returncode != 0:
+    pack = ['npm', 'pack', '--fetch-retries=0', '--fetch-timeout=20000', *libraries]
+    if subprocess.run(pack, cwd=folder, capture_output=True, timeout=TIMEOUT).returncode != 0:
         pytest.skip(f'npm cannot download {" and ".join(libraries)}')
-    subprocess.run([*BUILD, '--local', folder / 'node_modules', folder / 'site'], check=True)
+    for library in libraries:
+        target = folder / library.partition('@')[0]
+        target.mkdir()
+        subprocess.run(['tar', '-xf', folder / f'{library.replace("@", "-")}.tgz', '-C', target,
+                        '--strip-components=1'], check=True)
+    subprocess.run([*BUILD, '--local', folder, folder / 'site'], check=True)
     serve = [sys.executable, '-u', '-m', 'http.server', '0', '--bind', '127.0.0.1', '--directory']
-    with Process([*serve, str(folder / 'site')]) as server, Chromium(400, 800) as chromium:
+    with Process([*serve, str(folder / 'site')]) as server:
         port = server.wait_for_output(r'port (\d+)', TIMEOUT)[1]
         chromium.go_to(f'http://127.0.0.1:{port}/')
         chromium.wait_for('document.readyState === "complete" && loading.hidden')
