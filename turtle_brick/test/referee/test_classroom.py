@@ -21,6 +21,7 @@ import signal
 import sys
 
 from graph_client.processes import explain_missing, launch_error, Process
+from live_graph import TIMEOUT
 import pytest
 from turtle_referee import classroom, referee
 
@@ -101,8 +102,8 @@ def test_the_launch_files_and_packages_of_the_student_are_used(students):
 def test_an_interrupt_ends_all_processes(students):
     with Process([str(ROOT / 'scripts/referee'), '--verbose', '--class', students, '--',
                   'bash', '-c', 'echo process $$; exec sleep 100']) as process:
-        pid = int(process.wait_for_output(r'process (\d+)', 60.0)[1])
-        assert process.stop(signal.SIGINT) == 2
+        pid = int(process.wait_for_output(r'process (\d+)', TIMEOUT)[1])
+        assert process.stop(signal.SIGINT, TIMEOUT) == 2
     assert process.output.endswith('referee: interrupted\n') and 'Traceback' not in process.output
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
