@@ -186,11 +186,8 @@ def test_speed_is_constant_although_turtlesim_moves_in_ticks_of_16_ms(bench):
      ('falling', FALLING), ('grounded', WAITING)),
     (('hovering', WAITING), ('falling', FALLING),
      (f'unreachable: {REASON}', f'Unreachable: {REASON}'), ('grounded', GROUNDED),
-     ('', WAITING), ('hovering', WAITING), ('falling', FALLING)),
-    (('unreachable: the previous brick', WAITING),
-     ('falling', 'Unreachable: the previous brick'), ('reachable: 0.2 s to spare', DRIVING),
-     ('grounded', MISSED))],
-    ids=['caught', 'unreachable', 'joined late'])
+     ('', WAITING), ('hovering', WAITING), ('falling', FALLING))],
+    ids=['caught', 'unreachable'])
 def test_panel_shows_the_status_of_the_catch(bench, story):
     for event, text in story:
         assert bench.status_after(event) == (text, 'nreachable' in text)
