@@ -78,7 +78,7 @@ def chromium() -> Iterator[Chromium]:
 
 
 def test_the_pages_of_the_referee_do_not_overflow(chromium, tmp_path):
-    judgments = [Judgment('b', 'ж', 'ö', FAILED, '-' * 300, Plot('', '', '', ([], []), ([], [])))]
+    judgments = [Judgment('b', 'ж', 'ö', FAILED, 'x' * 300, Plot('', '', '', ([], []), ([], [])))]
     about = {'seconds': 1.5, 'command': 'x', 'versions': {}, 'notes': [], 'date': '2026-11-23'}
     (tmp_path / 'page.html').write_text(report.page(judgments, about))
     (tmp_path / 'ann.json').write_text(report.as_json(judgments, about))
@@ -123,6 +123,7 @@ def test_a_brick_is_placed_by_a_click_dropped_caught_and_tipped_off(page):
     x, y = page.center_of('document.querySelector("canvas")')
     page.click(x + 30.0, y + 60.0)
     page.wait_for('form.x.value !== "7.5" && brick_state.innerText === "hovering"')
+    assert page.evaluate('+form.y.value < +form.x.value'), 'right of the center, near the camera'
     page.evaluate('window.states = []; new MutationObserver(() => states.push('
                   'catcher_state.innerText)).observe(catcher_state, {childList: true})')
     page.click_element('button', 'Drop the brick')
