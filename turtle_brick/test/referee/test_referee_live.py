@@ -20,7 +20,6 @@ import sys
 from time import monotonic
 
 from geometry_msgs.msg import Point, Quaternion, TransformStamped
-from graph_client import client
 from graph_client.client import GraphClient
 from graph_client.domains import DomainError, is_empty, reserved_domain
 from graph_client.geometry import CENTER
@@ -163,7 +162,8 @@ def test_unusual_names_and_types_are_recognized(domain_id):
         observer.recognize_names()
         requests = [client.place((1.0, 2.0, 3.0), hovering=0.2), client.call('drop')]
         graph.spin_until(lambda: observer.send_goal(4.0, 5.0) and all(
-            any(isinstance(one, Point) for one in node.received) for node in nodes), TIMEOUT, 'goals')
+            any(isinstance(one, Point) for one in node.received) for node in nodes),
+            TIMEOUT, 'goals')
         assert not observer.send_tilt(0.5)
     place, drop, goal = nodes[0].received[:3]
     position = place.start.pose.position
@@ -206,8 +206,8 @@ def test_a_graph_that_its_command_starts_in_a_namespace_is_judged(domain_id, mon
 
 
 def test_a_command_that_ends_at_once_is_reported(domain_id, monkeypatch, capfd):
-    monkeypatch.setattr(referee, 'START_TIME', TIMEOUT)
-    monkeypatch.setattr(client, 'MAX_TIMEOUT', TIMEOUT)
+    monkeypatch.setattr('turtle_referee.referee.START_TIME', TIMEOUT)
+    monkeypatch.setattr('graph_client.client.MAX_TIMEOUT', TIMEOUT)
     begin = monotonic()
     assert referee.main(['--', sys.executable, '-c', 'print("no graph")']) == 2
     assert monotonic() < begin + TIMEOUT

@@ -30,6 +30,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.arena import brick_marker
+from turtle_brick.core.catch_logic import State
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, Pose, rotate
 from turtle_brick.core.parameters import default_path
 from turtle_brick.core.time_steps import NS_PER_SECOND
@@ -58,6 +59,7 @@ Visualization Manager:
   Global Options: {Fixed Frame: map}
 """
 
+CATCHER_STATES = {state.value for state in State}
 WAITING = 'Waiting for a brick to fall'
 FALLING = 'The brick is falling'
 DRIVING = 'Reachable: driving under the brick'
@@ -88,13 +90,8 @@ class PageBench:
     def status_after(self, *events):
         """Send states and decisions. Return the displayed status and whether it is an alarm."""
         for event in events:
-            if ': ' in event:
-                topic = 'catcher_decision'
-            elif event in ('waiting', 'approaching', 'carrying', 'tilting', 'leveling'):
-                topic = 'catcher_state'
-            else:
-                topic = 'brick_state'
-            self.page.on_text(topic, String(data=event))
+            topic = 'catcher_state' if event in CATCHER_STATES else 'brick_state'
+            self.page.on_text('catcher_decision' if ': ' in event else topic, String(data=event))
         self.draw(after=NS_PER_SECOND)
         return self.panel.show_status.call_args.args
 

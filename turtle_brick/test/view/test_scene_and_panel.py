@@ -52,7 +52,9 @@ def test_objects_are_added_moved_changed_and_removed(page):
     scene = Scene(page.viser)
     shapes = tuple(Shape(kind, (1.0, 2.0, 3.0), RED, Pose((1.0, 0.0, 0.0), from_yaw(1.0)))
                    for kind in ('box', 'cylinder', 'sphere'))
-    shapes += (Shape('text', (0.5, 0.5, 0.25), RED, text='<b>text</b>'),)
+    points = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0))
+    shapes += (Shape('text', (0.5, 0.5, 0.25), RED, text='<b>text</b>'),
+               Shape('line', (0.05, 0.0, 0.0), RED, points=points), Shape('line', points[0], RED))
     for position, yaw in (((0.0, 0.0, 0.0), 0.0), ((1.0, 2.0, 3.0), 0.5)):
         before = node('0')
         scene.show({'a/b': SceneObject(shapes, Pose(position, from_yaw(yaw)))})
@@ -60,8 +62,12 @@ def test_objects_are_added_moved_changed_and_removed(page):
         assert before in (None, first), 'the node is moved and not replaced'
         x, y, z, w = from_yaw(yaw)
         assert tuple(first.position) == position and tuple(first.wxyz) == (w, x, y, z)
-    parts = [node(f'0/{number}') for number in range(4)]
+    parts = [node(f'0/{number}') for number in range(len(shapes))]
     assert (parts[3].text, parts[3].font_scene_height) == ('<b>text</b>', 0.25)
+    assert parts[4].thickness == pytest.approx(0.05)
+    assert parts[4].points.tolist() == [[list(points[0]), list(points[1])],
+                                        [list(points[1]), list(points[2])]]
+    assert parts[5].points.tolist() == []
     assert all(part.scale == (1.0, 2.0, 3.0) for part in parts[:3])
     x, y, z, w = from_yaw(1.0)
     assert all(tuple(part.wxyz) == pytest.approx((w, x, y, z)) for part in parts[:3])
@@ -73,18 +79,6 @@ def test_objects_are_added_moved_changed_and_removed(page):
     assert tuple(node('1').position) == (0.0, 0.0, 0.0) and node('1').show_axes
     scene.show({})
     assert node('1') is None
-
-
-def test_line_is_drawn_between_its_points(page):
-    for points, count in ((((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0)), 2), ((), 0)):
-        line = Shape('line', (0.05, 0.0, 0.0), RED, points=points)
-        scene = Scene(page.viser)
-        scene.show({'path': SceneObject((line,), ORIGIN)})
-        drawn = page.viser.scene.get_handle_by_name('/objects/0/0')
-        assert drawn.thickness == pytest.approx(0.05)
-        assert drawn.points.tolist() == [
-            [list(points[number]), list(points[number + 1])] for number in range(count)]
-        scene.show({})
 
 
 def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatch):

@@ -68,12 +68,6 @@ def attempts(what: str) -> Iterator[None]:
 
 class Page(Chromium):
 
-    def open_page(self, url):
-        self.go_to(f'{url}/?fixedDpr=0.5')  # This is a quarter of the pixels.
-        self.wait_for(CANVAS)
-        # The scene becomes narrower when the panel appears.
-        self.wait_for(f'{CANVAS}.getBoundingClientRect().width < innerWidth')
-
     def has_text(self, name, text):
         """Return JavaScript code that checks whether a panel element contains a string."""
         return (f'(document.querySelector(\'[data-turtle-brick="{name}"]\') || '
@@ -172,7 +166,9 @@ def test_buttons_on_the_page_move_the_joints(page, domain_id):
 def test_brick_is_shown_placed_and_caught_on_the_page(page, domain_id):
     x, y, z = load().brick_start
     with running_graph(domain_id) as (url, goals):
-        page.open_page(url)
+        page.go_to(f'{url}/?fixedDpr=0.5')  # The scene then has a quarter of the pixels.
+        # The scene becomes narrower when the panel appears.
+        page.wait_for(f'{CANVAS} && {CANVAS}.getBoundingClientRect().width < innerWidth')
         page.wait_for_text('brick', f'hovering, height {z:.2f} m')
         page.wait_for('[...document.querySelectorAll(\'[data-turtle-brick="rate"]\')]'
                       '.filter(rate => rate.textContent.endsWith(" Hz")).length === 4')
