@@ -32,7 +32,7 @@ _session = contextlib.ExitStack()
 HERE = Path(__file__).parent
 
 OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'psutil', 'rich', 'tqdm')
-"""Modules that may be missing. The files that import a missing module are excluded."""
+"""Modules that may be missing. Test files that import a missing module are excluded."""
 
 
 def excluded_files() -> dict[str, list[str]]:
@@ -92,7 +92,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_keyboard_interrupt() -> None:
-    """Forward Ctrl-C to the workers, because the terminal does not send it to other sessions."""
+    """Forward Ctrl-C to pytest's workers, because the terminal does not signal other sessions."""
     if 'PYTEST_XDIST_WORKER' not in os.environ and find_spec('psutil') is not None:
         import psutil
         for worker in psutil.Process().children():
@@ -128,7 +128,7 @@ def live(domain_id: int) -> Iterator[Any]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first and the slowest files next, so that all workers finish together."""
+    """Run the linters first and then the slowest files, so that all workers finish together."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
             return -1  # flake8 forks, but a fork is unsafe while DDS threads are running.

@@ -35,14 +35,14 @@ from turtle_brick_interfaces.srv import Place
 PARAMETERS = load()
 
 TICK_NS = 20_000_000
-"""Time step (ns), equal to the catcher's period and to five physics steps."""
+"""Time step (ns), equal to the catcher's period and to the duration of five physics steps."""
 
 MAX_DURATION = 30.0
 """Timeout (s) for each event, in simulated time."""
 
 
 def record_published(publisher: Any) -> list[Any]:
-    """Return a list that collects all messages published after this call."""
+    """Return a list that collects all messages sent by a publisher after this call."""
     messages: list[Any] = []
     publish = publisher.publish
 
@@ -84,7 +84,7 @@ class SteppedGraph:
         """Move the platform for a duration (s). Subclasses override this method."""
 
     def tick(self, by: int = TICK_NS, updates: bool = True) -> None:
-        """Advance the time by a duration (ns), and do what the timers of the nodes do."""
+        """Advance the time by a duration (ns), and perform the tasks of the nodes' timers."""
         self.now += by
         self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Drop bricks in a graph on three hosts with slow links between them.
+Drop bricks in a ROS graph on three hosts with slow links between them.
 
     python3 turtle_brick/test/far.py --delay 30 --jitter 5 --latency 0.2 --drops 40
 
@@ -56,7 +56,7 @@ CLONE_NEWNET = 0x40000000
 """Flag for a new network namespace. See unshare(2)."""
 
 TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x8916, 0x891c
-"""Requests for ioctl. See netdevice(7) and if_tun.h in Linux."""
+"""Requests for ioctl. See netdevice(7) and the Linux header if_tun.h."""
 
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
@@ -86,11 +86,11 @@ def switch(taps: list[int], delay: float, jitter: float, is_done: Callable[[], b
     Forward Ethernet frames to their destination, or to all hosts if the destination is unknown.
 
     :param delay: mean delay (s) of a frame, with the standard deviation `jitter` (s)
-    :param is_done: function called every 0.1 s that returns whether to stop the switch
+    :param is_done: function, called every 0.1 s, that returns whether to stop the switch
     """
     random = Random(1)
     tap_of: dict[bytes, int] = {}  # The keys are MAC addresses.
-    queue: list[tuple[float, int, int, bytes]] = []  # Due time (s), number, tap and frame.
+    queue: list[tuple[float, int, int, bytes]] = []  # Due time (s), count, tap and frame.
     count = 0
     while not is_done():
         end = monotonic() + 0.1

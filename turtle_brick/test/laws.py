@@ -24,7 +24,7 @@ REST_Z = resting_height(PARAMETERS)
 
 
 def law(examples: int) -> settings:
-    """Return settings for a given number of random examples that are the same in every run."""
+    """Return hypothesis settings for a number of random examples, the same in every run."""
     return settings(max_examples=examples, derandomize=True, deadline=None)
 
 

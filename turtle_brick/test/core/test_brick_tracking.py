@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the detection of falls, landings and rest with examples and random motions."""
+"""Test the detection of a brick's falls, landings and rest with examples and random motions."""
 
 from collections import deque
 from math import cos, isnan, pi, sin, sqrt
@@ -50,7 +50,7 @@ def tracker():
 
 
 def drop(tracker, start, height, end):
-    """Let the brick fall from `height` to `end` (m), beginning at `start` (s). Return the time."""
+    """Simulate a fall from `height` to `end` (m), starting at `start` (s). Return the end time."""
     step = 0
     while (z := height - 0.5 * GRAVITY * (step * PERIOD) ** 2) > end:
         tracker.observe(seconds(start + step * PERIOD), (5.0, 5.0, z))
@@ -59,7 +59,7 @@ def drop(tracker, start, height, end):
 
 
 def rest(tracker, start, position, time=0.1, is_attached=False):
-    """Keep the brick at a position (m) from `start` for a given time (s). Return the end."""
+    """Keep the brick at a position (m) for `time` (s) from `start` (s). Return the end time."""
     for step in range(round(time / PERIOD) + 1):
         tracker.observe(seconds(start + step * PERIOD), position, is_attached)
     return start + time
@@ -86,7 +86,7 @@ def test_brick_that_passes_the_platform_has_not_landed(tracker):
 
 @pytest.mark.parametrize('x', (5.0, 7.0))
 def test_brick_placed_at_its_resting_height_has_not_landed(tracker, x):
-    """The fall ends before the brick can have reached the platform."""
+    """The brick is placed during a fall, before it could have landed on the platform."""
     rest(tracker, drop(tracker, 1.0, 6.0, 5.0), (x, 5.0, REST_Z))
     assert tracker.fall is None and not tracker.has_landed
 
@@ -118,7 +118,7 @@ class DetectorBench:
         self.fall_count = 0
 
     def observe(self, x, y, z):
-        """Observe a position twice, advance the time, and return whether a fall is detected."""
+        """Observe a position (m) twice, advance the time, and return whether a fall begins."""
         before = self.detector.fall
         self.detector.observe(self.now, (x, y, z))
         fall = self.detector.fall
@@ -135,7 +135,7 @@ class DetectorBench:
             self.observe(x, y, z)
 
     def fall(self, x, y, z, release, samples):
-        """Observe a brick released at a given time (ns) and return the detected fall."""
+        """Observe a brick released at a given time (ns), and return the detected fall or None."""
         for _ in range(samples):
             time = max(self.now - release, 0) * 1e-9
             if self.observe(x, y, z - 0.5 * self.detector.gravity * time * time):
@@ -148,7 +148,7 @@ heights = st.floats(0.5, 30.0)
 coordinates = st.floats(-10.0, 20.0)
 signs = st.sampled_from((0.0, 1.0, -1.0))
 
-# Regular or irregular intervals (ns) between samples, each at most 20 ms (50 Hz).
+# Regular or irregular intervals (ns) between position samples, each at most 20 ms.
 intervals = st.one_of(
     st.just([STEP_NS]), st.just([20_000_000]),
     st.lists(st.integers(1_000_000, 20_000_000), min_size=1, max_size=10))
@@ -159,12 +159,12 @@ intervals = st.one_of(
        hovering=st.integers(0, 5), part=st.floats(0.0, 1.0))
 def test_fall_is_detected_by_its_third_sample_with_its_course(
         x, y, height, gravity, spacing, hovering, part):
-    """The release can be up to 2 s before the first sample."""
+    """The brick may be released up to 2 s before its first position sample."""
     bench = DetectorBench(spacing, gravity)
     bench.hover(x, y, height, hovering)
     release = bench.now - round(
         part * (bench.intervals[-1] if hovering else 2 * NS_PER_SECOND))
-    # The first of the four samples may coincide with the release.
+    # The first of the four samples may coincide with the release of the brick.
     fall = bench.fall(x, y, height, release, 4)
     assert fall.speed == pytest.approx(gravity * (fall.stamp - release) * 1e-9, abs=1e-3)
     for drop in (0.3, 0.5, 5.0, 25.0):
@@ -183,7 +183,7 @@ def test_fall_is_detected_by_its_third_sample_with_its_course(
         st.floats(-1e-2, 1e-2), st.floats(-10.0, 10.0), st.floats(-1e-6, 1e-6))),
     max_size=20))
 def test_placing_a_brick_is_not_a_fall(spacing, gravity, places):
-    """The brick may be moved any distance up, down or sideways, in any order."""
+    """The brick is moved up, down and sideways by random distances in random order."""
     bench = DetectorBench(spacing, gravity)
     x, z = 5.0, 20.0
     for samples, sideways, amount in places:
@@ -200,7 +200,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """The slide most similar to a fall occurs at the maximum tilt_angle (1.5 rad)."""
+    """A slide is most similar to a fall at the maximum tilt_angle of 1.5 rad."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now
@@ -216,7 +216,7 @@ def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
        amount=st.floats(0.02, 10.0), is_time_set_back=st.booleans())
 def test_interrupted_fall_ends_and_the_next_fall_is_detected(
         spacing, samples, sideways, upward, amount, is_time_set_back):
-    """The fall ends when the brick is placed or stops, or when the clock is set back."""
+    """A fall ends when the brick is placed elsewhere or stops, or when the clock is set back."""
     bench = DetectorBench(spacing)
     release = bench.now
     assert bench.fall(5.0, 5.0, 20.0, release, 4)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the states of the catcher, and catches with a robot that executes commands at once."""
+"""Test the states of the catcher and simulated catches by a robot that responds immediately."""
 
 from collections import deque
 from dataclasses import replace
@@ -35,10 +35,10 @@ from turtle_brick.physics import Phase, STEP_NS, World
 
 
 ROBOT_LOST = {'is_beside_platform': True}
-"""Observation while the robot is unavailable."""
+"""Fields of an Observation while the robot is unavailable."""
 
 TABLE = [
-    # state, what is observed, next state
+    # state, observed values, next state
     (State.WAITING, {}, State.WAITING),
     (State.WAITING, {'is_falling': True}, State.WAITING),
     (State.WAITING, {'is_on_platform': True, 'still_for': 9.0}, State.WAITING),
@@ -75,7 +75,7 @@ def test_transition_table(state, observed, expected):
 
 
 def test_transition_table_contains_every_arrow():
-    """The arrows are those in the docstring of `transition`."""
+    """The arrows are part of the state diagram in the docstring of `transition`."""
     arrows = {f'{state.name} --> {after.name}' for state, observed, after in TABLE
               if state is not after and not observed.get('has_reachable_fall')}
     documented = re.findall(r'(\w+) +--> (\w+) {4}', transition.__doc__)
@@ -83,7 +83,7 @@ def test_transition_table_contains_every_arrow():
 
 
 class CatchBench:
-    """A Catcher, a World and a robot that executes commands without delay."""
+    """A test bench with a Catcher, a World and a robot that executes commands without delay."""
 
     def __init__(self, parameters=PARAMETERS):
         self.parameters = parameters
@@ -101,13 +101,13 @@ class CatchBench:
 
     @property
     def platform(self):
-        """Return the platform, or None while the robot is not visible."""
+        """Return the platform of the robot, or None while the robot is not visible."""
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
         pose = Pose((*self.robot, hinge), from_pitch(self.angle))
         return Platform(pose) if self.visible else None
 
     def run(self, time, until=lambda: False):
-        """Run until a condition holds or a given time (s) has passed. Return whether it holds."""
+        """Run until a condition is true or a time (s) has passed. Return whether it is true."""
         end = self.now + seconds(time)
         while self.now < end:
             self.now += STEP_NS
@@ -166,7 +166,7 @@ class CatchBench:
 
 
 def bench_in(state, after=0.1):
-    """Return a bench whose catcher has been in a given state for a given duration (s)."""
+    """Return a CatchBench at a given time (s) after its catcher entered a given state."""
     bench = CatchBench()
     bench.drop(7.0, 6.0, 9.0)
     bench.reach_state(state)
@@ -197,7 +197,7 @@ def test_bricks_are_caught_carried_to_the_center_and_tipped_off():
 def test_platform_is_tilted_and_leveled_smoothly():
     bench = bench_in(State.TILTING, 0.0)
     bench.actions.clear()
-    bench.now += 3_000_000  # The ramp ends between two updates.
+    bench.now += 3_000_000  # The ramp ends between two updates of the catcher.
     bench.reach_state(State.WAITING)
     times, angles = zip(*((time, action.angle) for time, action in bench.actions))
     top = angles.index(PARAMETERS.tilt_angle)
@@ -240,14 +240,14 @@ def test_refused_brick_is_carried_if_it_lands_on_the_platform():
     ((7.0, 6.0, 9.0), 0.5), ((7.0, 6.0, 9.0), 10.0), ((*CENTER, REST_Z), 0.5)],
     ids=('falling', 'below the platform', 'on the ground', 'approached', 'tipped off', 'riding'))
 def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time):
-    """The robot neither drives nor tilts its platform until the brick falls."""
+    """The robot neither drives nor tilts its platform until the brick is released."""
     bench = CatchBench()
     bench.attaches_brick = True
     bench.drop(*brick)
     bench.run(time)
     if bench.states[1:]:
         assert bench.states == COURSE
-    for above in (0.009, 0.0):  # An approaching robot first stops beside the brick.
+    for above in (0.009, 0.0):  # An approaching robot stops beside the first position.
         bench.world.brick = (*bench.robot, REST_Z + above)
         bench.run(0.5)
     assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)
@@ -260,7 +260,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time):
 
 
 def test_brick_at_rest_on_the_tilted_platform_has_not_left_it_before_the_timeout():
-    """The brick transforms stop after the brick has been at rest for 0.2 s."""
+    """No brick transforms arrive after the brick has been at rest for 0.2 s."""
     bench = bench_in(State.TILTING, 0.2)
     stopped = bench.now
     while bench.catcher.state is State.TILTING:
@@ -274,7 +274,7 @@ def test_brick_at_rest_on_the_tilted_platform_has_not_left_it_before_the_timeout
 
 
 def test_brick_far_behind_the_robot_is_still_carried():
-    """The brick's pose lags when a busy arena uses an old platform transform."""
+    """The brick pose lags behind the robot while a busy arena uses an old platform transform."""
     bench = CatchBench()
     bench.drop(8.5, 8.0, 14.0)
     bench.reach_state(State.CARRYING)
@@ -294,7 +294,7 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
         bench.world.brick = place
     else:
         bench.visible = False
-    # The platform is leveled even without transforms.
+    # The catcher levels the platform even if no transforms of the robot arrive.
     limit = 0.9 if state is State.LEVELING else 2.5
     assert bench.run(limit, lambda: bench.catcher.state is State.WAITING), bench.states
     assert bench.angle == 0.0
@@ -305,7 +305,7 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
 
 @any_state
 def test_clock_set_back_resets_the_catcher(state):
-    """After the clock is set back, the catcher levels the platform and carries a brick on it."""
+    """After the clock is set back, the platform is leveled and a resting brick is carried off."""
     bench = bench_in(state)
     bench.attaches_brick = True
     bench.now -= seconds(0.02 if state is State.CARRYING else 50.0)
@@ -322,7 +322,7 @@ def test_clock_set_back_resets_the_catcher(state):
 
 
 def test_goal_is_published_again_if_it_is_lost_or_overridden():
-    """An overridden goal is published again after the robot has reached the other goal."""
+    """An overridden goal is published again after the robot has reached the overriding goal."""
     bench = CatchBench()
     bench.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
     for count in (1, 2, 3):
@@ -338,7 +338,7 @@ def test_goal_is_published_again_if_it_is_lost_or_overridden():
 @law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_goals_are_inside_the_arena(angle, time, speed):
-    """If the brick is removed during the approach, the robot stops near its current position."""
+    """If the brick is moved during the approach, the catcher sends a goal near the robot."""
     bench = CatchBench(replace(PARAMETERS, max_velocity=speed))
     bench.drop(*within_arena(CENTER[0] + 8.0 * cos(angle), CENTER[1] + 8.0 * sin(angle)), 2000.0)
     bench.run(0.1 + time)

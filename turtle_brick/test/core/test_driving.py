@@ -51,7 +51,7 @@ def test_driver_stops_without_a_goal_or_a_recent_pose():
 
 
 def test_speed_is_the_maximum_until_the_driver_brakes():
-    """Seven commands of 3 m/s and 10 ms move the predicted position by 21 cm."""
+    """Seven commands of 3 m/s, each lasting 10 ms, move the predicted position by 21 cm."""
     driver = driver_to(5.4)
     speeds = [driver.command(1.0 + COMMAND_PERIOD * count)[0] for count in range(10)]
     assert speeds[:7] == [3.0] * 7
@@ -83,7 +83,7 @@ def test_driver_stops_near_its_goal_and_starts_again_farther_away(away, arrived)
 
 
 def test_stem_points_along_the_command_and_ignores_small_corrections():
-    """In the frame of a turtle that faces north, a goal in the east is on the right."""
+    """For a turtle that faces north, a goal in the east is on the right."""
     driver = driver_to(9.0, pose=at(5.0, theta=pi / 2.0))
     driver.command(1.0)
     assert driver.stem_angle == pytest.approx(-pi / 2.0)
@@ -104,7 +104,7 @@ headings = st.floats(-pi, pi)
        theta=headings, time=st.floats(0.0, 1.5) | st.floats(0.0, 0.05), angle=headings,
        seed=st.integers(0, 2 ** 32), delays=st.sampled_from((JITTER, Delays())))
 def test_driver_arrives_in_time_without_overshoot(speed, x, y, theta, time, angle, seed, delays):
-    """The path is straight, with or without jitter (2 ms for ticks, 0.3 ms for commands)."""
+    """The turtle drives straight, with or without jitter (2 ms for ticks, 0.3 ms for commands)."""
     goal = within_arena(x + time * speed * cos(angle), y + time * speed * sin(angle))
     simulation = Simulation(replace(PARAMETERS, max_velocity=speed), seed, delays, (x, y, theta))
     simulation.rest(0.3)
@@ -120,7 +120,7 @@ def test_driver_arrives_in_time_without_overshoot(speed, x, y, theta, time, angl
         dx, dy = pose.x - goal[0], pose.y - goal[1]
         assert dx * ex + dy * ey <= 0.002
         assert abs(dx * ey - dy * ex) <= 0.005
-    # A repeated goal does not move the turtle.
+    # A goal that is repeated after the arrival does not move the turtle.
     samples.clear()
     simulation.driver.drive_to(*goal)
     simulation.rest(0.3)

@@ -37,7 +37,7 @@ def test_odometry_of_a_robot_that_drives_north():
 
 
 def test_lost_poses_do_not_change_the_wheel_velocity():
-    """The wheel angle includes the motion between the received poses."""
+    """The wheel angle includes the distance that the robot drove while poses were lost."""
     odometer = Odometer(RADIUS)
     for ticks in (0, 1, 6):
         odometer.observe(ticks * TICK, TurtlePose(5.0 + ticks * TICK * 2.0, 5.0, 0.0, 2.0, 0.0))
@@ -48,7 +48,7 @@ def test_lost_poses_do_not_change_the_wheel_velocity():
 @law(30)
 @given(direction=angles, speed=st.floats(0.1, 10.0), theta=angles)
 def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
-    """The distance is the wheel angle times the wheel radius."""
+    """The distance that the robot drives is the wheel angle times the wheel radius."""
     turtle, odometer = Turtle(theta=theta, holonomic=True), Odometer(RADIUS)
     odometer.observe(0.0, turtle.pose)
     for tick in range(1, 121):

@@ -87,7 +87,7 @@ def test_missing_and_misspelled_parameters_are_reported():
         Parameters.from_mapping(some)
     assert error_of({**some, 'brick_size': (1, 1, 1), 'brick_strat': (1, 1, 1)}) == (
         'unknown parameter brick_strat (did you mean brick_start?)')
-    # Unknown names are ignored if no similar parameter is missing.
+    # Unknown names are ignored unless a parameter with a similar name is missing.
     assert Parameters.from_mapping({
         **DEFAULTS, 'brick_start': [1, 2, 3], 'max_velocty': 1, 'port': 2, 3: 4}) == replace(
             load(), brick_start=(1.0, 2.0, 3.0))
@@ -105,7 +105,7 @@ def test_missing_and_misspelled_parameters_are_reported():
 ])
 def test_error_in_a_file_is_reported_with_its_path(
         tmp_path, monkeypatch, capsys, before, after, words):
-    """The command-line program prints the same message and exits with status 1."""
+    """The command-line program prints the message of the exception and exits with status 1."""
     path = written(tmp_path, default_path().read_text())
     assert load(path) == load(str(path)) == load()
     monkeypatch.setattr(sys, 'argv', ['parameters', str(path)])

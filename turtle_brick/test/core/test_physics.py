@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the members of World with plain examples, starting with the required members."""
+"""Test World with plain examples, starting with the members that the assignment requires."""
 
 import inspect
 from math import inf, nan, pi
@@ -100,7 +100,7 @@ def test_invalid_location_is_refused(location, reason):
     with pytest.raises(ValueError, match=reason):
         world.brick = location
     assert (world.brick, world.phase) == ((1.0, 1.0, 3.0), Phase.HOVERING)
-    world.brick = (1.0, 1.0, 0.1)  # The ground is a valid place for the brick.
+    world.brick = (1.0, 1.0, 0.1)  # The brick may be placed on the ground.
 
 
 def test_release_starts_the_fall_with_the_next_step():

@@ -44,7 +44,7 @@ tilts = st.builds(lambda angle, sign: sign * angle,
 
 @st.composite
 def discs(draw, radius):
-    """Return a point within a given distance (m) of the origin."""
+    """Return a random point within a given distance (m) of the origin."""
     distance, angle = radius * sqrt(draw(st.floats(0.0, 0.999))), draw(headings)
     return distance * cos(angle), distance * sin(angle)
 
@@ -58,7 +58,7 @@ def on_platform(place, *where):
 
 
 def turning_gap(quaternion, yaw, tilt, right):
-    """Return a brick's orientation error, given its clockwise turn (rad) on a platform."""
+    """Return the orientation error of a brick turned clockwise on a platform by `right` (rad)."""
     expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
     return gap(frame((0.0, 0.0, 0.0), quaternion).axes, expected)
 
@@ -116,7 +116,7 @@ def test_platform_has_a_level_tolerance(tilt, is_level):
        comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', 0.002, pi)) | tilts)
 def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
         place, yaw, height, radius, gravity, dt, late, comes, away):
-    """Before or after the landing step, the platform may be elsewhere or tilted."""
+    """The platform may be elsewhere or tilted before or after the step in which a brick lands."""
     crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
     after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
     assume(before < height - 1e-6 and height + 1e-6 < after)
@@ -166,7 +166,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
                 below, (position, turned) = world.platform.pose, world.pose_on_platform
                 assert gap(below.transform(position), world.brick) <= 1e-9
                 assert turning_gap(multiply(below.orientation, turned), heading, tilt, yaw) <= 1e-9
-            # At landing, the heading of the brick was 0.
+            # The heading of the brick was 0 when it landed.
             distance = distance_to_rectangle((u, v), -yaw, SIZE[:2])
             if abs(distance - RADIUS) > 1e-9:
                 assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
@@ -178,7 +178,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
 @law(10)
 @given(roll=tilts)
 def test_slide_on_a_platform_with_roll(roll):
-    """The platform frame of another robot may have a roll angle."""
+    """The platform frame of another robot model may have a nonzero roll angle."""
     world, leaning = riding(), Frame((0.0, 0.0, HINGE), turn((1.0, 0.0, 0.0), roll))
     world.platform = Platform(Pose((0.0, 0.0, HINGE), (sin(roll / 2), 0.0, 0.0, cos(roll / 2))))
     for step in range(1, 6):

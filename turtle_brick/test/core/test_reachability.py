@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the decision about a falling brick with examples and random input."""
+"""Test the decision whether a falling brick is reachable, with examples and random input."""
 
 from dataclasses import replace
 from math import e, hypot, inf, sqrt
@@ -33,7 +33,7 @@ LATENCY = PARAMETERS.command_latency
 
 
 def decide(x, y, z, robot=RobotState(5.0, 5.0), speed=0.0, delay=0.0):
-    """Return the decision `delay` (s) after a brick had a given position (m) and speed (m/s)."""
+    """Return the decision about a brick whose position (m) and speed (m/s) are `delay` (s) old."""
     return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
                                robot, PARAMETERS)
 
@@ -44,9 +44,9 @@ def test_brick_is_reachable_if_the_robot_has_enough_time():
 
 
 def test_time_needed_by_a_robot():
-    """A robot 3 m from the point drives 2.5 m at 3 m/s. A moving robot may first drive away."""
+    """A moving robot needs more time because it may first drive away from the point."""
     point = (8.0, 5.0)
-    drive = 2.5 / 3.0
+    drive = 2.5 / 3.0  # The platform radius of 0.5 m shortens the drive of 3 m.
     assert time_needed(point, RobotState(5.0, 5.0), PARAMETERS) == pytest.approx(LATENCY + drive)
     assert time_needed(point, RobotState(5.0, 5.0, is_at_rest=False), PARAMETERS) == (
         pytest.approx(2 * LATENCY + drive))
@@ -125,7 +125,7 @@ def test_decision_follows_the_formula_and_keeps_the_guarantee(
 
 
 def test_braking_loss_is_the_time_that_the_exponential_approach_adds():
-    """The distance to the goal decreases by the factor e in each BRAKING_TIME."""
+    """During braking, the distance to the goal decreases by a factor of e in each BRAKING_TIME."""
     radius = BRAKING_TIME * 3.0 / e
     assert braking_loss(e * radius, 3.0) == 0.0
     assert braking_loss(radius, 3.0) == pytest.approx(BRAKING_TIME / e)

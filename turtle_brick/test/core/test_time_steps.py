@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the step clock with late calls and clock jumps."""
+"""Test StepClock with late calls and clock jumps."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,7 +31,7 @@ def test_due_returns_each_step_once():
 
 
 def test_first_step_is_at_the_due_time_of_the_timer():
-    """The time of the first callback, which may be late, does not shift the steps."""
+    """A late first callback does not shift the times of the steps."""
     clock = StepClock(period=10)
     assert clock.due(107, start=100) == [100]
     assert clock.due(112, start=110) == [110]
@@ -47,7 +47,7 @@ starts = st.integers(0, 2 ** 62)
        pauses=st.lists(st.floats(-1.0, 3.0) | st.sampled_from((-1.0, 1.0, 249.0, 500.0)),
                        max_size=30))
 def test_steps_are_neither_skipped_nor_repeated(start, period, pauses):
-    """The gaps between calls are at most GAP, and the clock is set back by at most one period."""
+    """Gaps between calls are at most GAP, and backward clock jumps are at most one period."""
     clock, now = StepClock(period), start
     latest, steps = now, clock.due(now)
     for pause in pauses:

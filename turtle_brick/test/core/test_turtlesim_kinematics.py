@@ -16,7 +16,7 @@ Test turtlesim_kinematics with examples and with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
 times of the commands are known only to within a few milliseconds. A replay therefore tries every
-possible order of arrivals and ticks, and discards an order if even one bit of a pose differs.
+order of command arrivals and ticks, and discards an order if even one bit of a pose differs.
 """
 
 from bisect import bisect_left, bisect_right
@@ -36,11 +36,11 @@ RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.j
 assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
 
 ARRIVAL_JITTER = 0.004
-"""Maximum delay (s) between a tick and the recorded arrival of the pose."""
+"""Maximum delay (s) between a tick of turtlesim and the recorded arrival of the resulting pose."""
 
 
 def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
-    """A teleport beyond the upper wall ends at the wall, and no unclamped position is reported."""
+    """A teleport beyond the upper wall ends at the wall, but leaves `clamped` at None."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
     turtle.command(1.0, -2.0, 0.0)
     assert turtle.tick(0.0).linear_velocity == float32(hypot(1.0, 2.0))
@@ -92,7 +92,7 @@ def calls_of(events: list[list]) -> list[Call]:
 
 
 def perform(call: Call, sim: TurtleSim, now: float) -> bool:
-    """Perform a call and return whether its result matches the recording."""
+    """Perform a recorded call, and return whether the result matches the recorded result."""
     if call.service == 'poses':
         poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
         return poses == {tuple(row) for row in call.reply['poses']}
@@ -109,7 +109,7 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
 
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
-    """For each pose, at least one arrival order reproduces the pose bit for bit."""
+    """At least one order of arrivals and ticks reproduces every recorded pose bit for bit."""
     recording = json.loads(path.read_text())
     commands = recording['commands']['rows']
     published = [command[0] for command in commands]
@@ -117,7 +117,7 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     begins, ends = [call.begin for call in calls], [call.end for call in calls]
     sim = TurtleSim(recording['holonomic'])
     assert sim.tick(0.0) == {}
-    # A state contains the simulator and the numbers of received commands and executed calls.
+    # A state consists of the numbers of received commands and executed calls, and a simulator.
     states = {(0, 0, pickle.dumps(sim))}
     for number, (time, *recorded) in enumerate(recording['pose']):
         following = set()

@@ -53,13 +53,13 @@ def robot():
 
 
 def process(folder, **values):
-    """Return the robot with some other parameters."""
+    """Return the robot model for the default parameters with the given changes."""
     path = written(folder, {**DEFAULTS, **values})
     return Robot(xacro.process_file(str(XACRO), mappings={'params_file': str(path)}).toxml())
 
 
 def refusal_of(folder, **values):
-    """Return the message with which the robot description refuses some parameters."""
+    """Return the error message with which the robot description rejects the given values."""
     with pytest.raises(xacro.XacroException) as refused:
         process(folder, **values)
     return str(refused.value)
@@ -94,7 +94,7 @@ def test_links_and_joints_of_the_assignment(robot):
 def test_positive_tilt_lowers_the_front_and_positive_roll_drives_forward(robot):
     front = robot.pose('platform', {'platform_joint': 0.3}).axes[:, 0]
     assert front[2] == pytest.approx(-sin(0.3))
-    # The top of the wheel moves in the direction in which the stem points.
+    # If the wheel rolls forward, its top moves in the direction in which the stem points.
     for turn, axis in ((0.0, 0), (pi / 2, 1)):
         assert robot.pose('wheel', {'stem_joint': turn, 'wheel_joint': 1e-3}).upright[axis] > 0
 
@@ -104,7 +104,7 @@ def test_positive_tilt_lowers_the_front_and_positive_roll_drives_forward(robot):
        st.just(1e-6) | st.floats(0.0, 10.0))
 def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportion, flatness,
                                               spare):
-    """Links do not overlap, each link has a size, and the platform can turn over."""
+    """Links do not overlap, each link has a positive size, and the platform can turn over."""
     radius = min(proportion * wheel, 10.0)
     thickness = min(max(flatness * radius, 0.001), 10.0)
     folder = tmp_path_factory.getbasetemp()
@@ -129,7 +129,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
 
     cube_bottom, cube_top = -robot.extent('base_link', DOWN), robot.extent('base_link', UP)
     assert cube_top - cube_bottom >= min(0.025, wheel, radius)
-    # At the first angle, the rim is at its lowest point.
+    # At the first angle, the rim of the platform is at its lowest point.
     for angle in (atan2(radius, thickness), *np.linspace(-pi, pi, 13)):
         assert -robot.extent('platform', DOWN, platform_joint=angle) > cube_top
     assert -robot.extent('post', DOWN) == pytest.approx(cube_top, abs=1e-9)

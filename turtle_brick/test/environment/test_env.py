@@ -39,7 +39,7 @@ def shell(script, *, options=(), **variables):
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=600.0,
-                          start_new_session=True)  # Otherwise, bash would take over the terminal.
+                          start_new_session=True)  # Bash must not take over the terminal.
     return done.returncode, done.stdout, done.stderr
 
 
@@ -70,7 +70,7 @@ FOREIGN = {
 
 @with_environment
 def test_a_ready_environment_is_sourced_silently(tmp_path):
-    """Nothing is built. The PyPI environment works in a shell that uses another Python."""
+    """Nothing is built. The PyPI environment works in a shell configured for another Python."""
     foreign = {}
     if IS_PYPI:
         for name in ('rclpy', 'numpy', 'platform', 'yaml'):
@@ -84,7 +84,7 @@ def test_a_ready_environment_is_sourced_silently(tmp_path):
 
 @pytest.mark.skipif(not IS_PYPI, reason='this is not a PyPI environment')
 def test_programs_run_in_a_path_with_spaces():
-    """The first line of an installed script does not contain the path of an interpreter."""
+    """Installed scripts do not begin with the absolute path of a Python interpreter."""
     shebangs = {path.read_bytes().split(b'\n')[0]
                 for base in ('install', 'standins')
                 for path in Path(ENVIRONMENT, base).glob('*/lib/*/*')
@@ -150,7 +150,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return two paths: env.bash in a workspace that is not built, and a folder for programs."""
+    """Return the paths of env.bash in an unbuilt workspace and of a folder for programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -181,7 +181,7 @@ def test_an_unsuitable_shell_is_refused(unbuilt, command, variables, words):
 
 
 def test_a_python_without_the_packages_of_ros_is_refused(unbuilt):
-    """A conda environment with the Python version of ROS can import rclpy, but cannot build."""
+    """A conda environment may be able to import rclpy, but not to build the workspace."""
     env_bash, tools = unbuilt
     (tools / 'python3').write_text('#!/bin/sh\n[ "$2" = "import rclpy" ]\n')
     (tools / 'python3').chmod(0o755)

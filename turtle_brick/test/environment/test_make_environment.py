@@ -32,7 +32,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 
 @pytest.fixture
 def top(tmp_path):
-    """Return a workspace with two packages, two stand-ins and the real scripts."""
+    """Return the path of a workspace with two packages, two stand-ins and the real scripts."""
     root = tmp_path / 'workspace'
     for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_msgs',
                  'turtle_brick/standins/tf2_ros'):
@@ -100,7 +100,7 @@ echo "$selected" >>built
 for name in $selected; do mkdir -p "${all##* }/$name"; done
 if [ -e broken ]; then echo 'error: it is broken'; exit 1; fi
 """
-"""Replacement for colcon that records the selected packages and fails if `broken` exists."""
+"""Replacement for colcon that logs the selected packages and fails if a file `broken` exists."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
 
@@ -188,7 +188,7 @@ elif [ "$1 $2" = "-m pip" ]; then
 fi
 """
 """Replacement for Python whose pip prints $SAID and then fails. If $SAID is "wait", pip first
-waits until its parent has exited."""
+waits until its parent process has exited."""
 
 
 def refusal(program, kind='pypi'):

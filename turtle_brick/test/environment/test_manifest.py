@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare all imports with the dependencies in package.xml and with the permitted layers."""
+"""Compare all imports with the dependencies in package.xml and with the modules in MAY_IMPORT."""
 
 import ast
 from functools import cache
@@ -31,10 +31,10 @@ KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}
 """Rosdep keys that differ from the names of the imported modules."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
-"""Packages that `ros2 launch` and the XML launch files require."""
+"""Packages required by `ros2 launch` and XML launch files, but not imported by any module."""
 
 WITHOUT_KEY = {'viser', 'websockets'}
-"""Modules without a usable rosdep key. A comment in package.xml describes the installation."""
+"""Modules without a usable rosdep key. A comment in package.xml describes their installation."""
 
 PACKAGES = ('turtle_brick', 'graph_client', 'graph_view', 'turtle_referee')
 """Python packages in the ROS package turtle_brick."""

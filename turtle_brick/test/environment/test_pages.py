@@ -87,7 +87,7 @@ def blocks(page):
 
 
 def block(page, language, word):
-    """Return a page's first code block in a given language that contains a given word."""
+    """Return the first code block on a page with a given language and a given word in its text."""
     return next(text for kind, text in blocks(PACKAGE / 'doc' / page)
                 if kind == language and word in text)
 
@@ -159,7 +159,7 @@ def check_command(command, domain, directory):
 
 @contextmanager
 def arena(directory):
-    """Start the arena in a new domain. Check that SIGINT stops the arena without a traceback."""
+    """Start an arena in a new ROS domain. Check that SIGINT stops the arena without traceback."""
     with reserved_domain() as domain, started(ARENA, domain, directory) as process:
         process.wait_for_output('waiting for a fall', TIMEOUT)
         deadline, listed = monotonic() + TIMEOUT, ''
@@ -236,7 +236,7 @@ def test_links_have_targets(page):
         assert file.exists(), target
         if anchor:
             headings = re.findall('^#+ (.*)', file.read_text().lower(), re.M)
-            # GitHub removes punctuation and replaces spaces with hyphens.
+            # In anchors, GitHub removes punctuation and replaces spaces with hyphens.
             assert anchor in [re.sub(r'[^\w\- ]', '', heading).replace(' ', '-')
                               for heading in headings], target
 

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Build, test and start a workspace like those of students in the PyPI environment."""
+"""Build, test and start a typical student workspace in the PyPI environment."""
 
 import os
 from pathlib import Path
@@ -51,7 +51,7 @@ def test_a_workspace_is_built_tested_and_started(tmp_path, domain_id):
     assert 'Summary: 2 packages finished' in built
     for result in ('pytest.xml', 'xmllint.xml'):
         assert f'{result}: 1 test, 0 errors, 0 failures, 1 skipped' in built
-    # In a new shell, the setup file of the workspace is sufficient.
+    # In a new shell, it is sufficient to source the setup file of the workspace.
     inherited = ('HOME', 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_DOMAIN_ID', 'ROS_LOG_DIR')
     started = run(
         'source install/setup.bash; ros2 launch turtle_brick turtle_arena.launch.xml',

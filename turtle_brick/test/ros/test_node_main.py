@@ -52,14 +52,14 @@ class Probe(Node):
 with init():
     spin(Probe(), {executor})
 """
-"""Program whose node prints a line at each call of its timer callback."""
+"""Template of a program whose node prints a line in each timer callback."""
 
 SEND_SIGNAL = 'os.kill(os.getpid(), signal.{})'
 
 
 @pytest.fixture
 def start(domain_id):
-    """Return a function that starts PROGRAM, and kill all started programs after the test."""
+    """Provide a function that starts PROGRAM, and kill all started processes after the test."""
     started = []
 
     def start(construct='', tick='', executor=None):
@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Wait for a program to exit, and return its status and the stderr lines except rcl errors."""
+    """Wait until a program exits. Return its status and the lines of stderr except rcl errors."""
     _, errors = program.communicate(timeout=600)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]
@@ -94,7 +94,7 @@ def processor_usage(program):
     (signal.SIGINT, None, 'EventsExecutor'),
     (signal.SIGTERM, 'SingleThreadedExecutor()', 'SingleThreadedExecutor')])
 def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, executor, name):
-    """The startup may take additional processor time in the first of ten measurements."""
+    """The node may still be starting during the first of up to ten measurements."""
     program = start(tick='self.timer.cancel()', executor=executor)
     assert program.stdout.readline() == f'up {name}\n'
     assert any(processor_usage(program) < 0.15 for _ in range(10))
@@ -112,7 +112,7 @@ def test_older_rclpy_has_no_events_executor(live, monkeypatch):
     ('construct', 'SIGINT', ''),
     ('tick', 'SIGTERM', '; [self.publisher.publish(Log()) for _ in range(1000)]')])
 def test_signal_does_not_interrupt_constructors_and_callbacks(start, where, number, then):
-    """A callback can still publish after a signal."""
+    """A callback can still publish messages after the process has received a signal."""
     assert end_of(start(**{where: SEND_SIGNAL.format(number) + then})) == (0, [])
 
 
@@ -141,7 +141,7 @@ def restored_signals():
 ])
 def test_invalid_arguments_end_the_program_with_one_sentence(
         domain_id, restored_signals, args, reason):
-    """`ros2 run` starts a program with its absolute path."""
+    """The message begins with the program name without the path that `ros2 run` adds."""
     file = ['--params-file', str(default_path())] if args else []
     with pytest.raises(SystemExit, match=f'^probe: {reason}$') as ended:
         with init(['/opt/some/lib/probe', '--ros-args', *file, *args]):

@@ -37,11 +37,11 @@ from turtlesim.msg import Pose
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
 DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
-"""Times (ns) from the release to the decision, the command and the first motion."""
+"""Times (ns) from the brick's release to the decision, the command and the robot's motion."""
 
 
 def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
-    """Return a record of a release. `transformed` is the time (ns) of the first motion in TF."""
+    """Return the record of a drop. In TF, the robot starts to move at `transformed` (ns)."""
     record = Record(Profile())
     record.frames = {BRICK: Frame(False), BASE_LINK: Frame(False)}
     for step in range(-5, 40):

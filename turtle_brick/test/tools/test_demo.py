@@ -108,7 +108,7 @@ def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(live, monkey
 
 
 def test_two_arenas_are_separate_and_end_with_the_demo(live):
-    """All topics are in the namespaces of the arenas, including the topics of TF."""
+    """All topics, including those of TF, are in the namespaces of the arenas."""
     command = [sys.executable, '-m', 'turtle_brick.tools.demo', '--no-view', '--arenas', '2',
                *'--place 5.5 5.5 8'.split() * 18]
     with process(command, live.domain_id, timeout=WAIT) as both:

@@ -14,8 +14,8 @@
 """
 Test the closed-loop simulation and the two guarantees of the catcher.
 
-Every accepted brick is caught, whatever the robot is doing. The catcher never refuses a brick
-within the `guaranteed_distance` of a robot at rest.
+If the catcher reports a brick as reachable, the robot catches the brick, even while driving. The
+catcher never refuses a brick within the `guaranteed_distance` of a robot at rest.
 """
 
 from dataclasses import replace
@@ -33,7 +33,7 @@ from turtle_brick.tools.simulation import Delays, SimulatedDrop, Simulation
 
 STEP = 0.004
 
-# The delays in the live graph without jitter, and longer delays with jitter.
+# Delays as in the live graph but without jitter, and longer delays with jitter.
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
@@ -50,7 +50,7 @@ def random_parameters(random):
 
 
 def position_near_the_limit(random, simulation):
-    """Return a random brick position, usually near the limit of the reachable distance."""
+    """Return a random brick position (m), usually near the limit of the robot's reach."""
     parameters = simulation.parameters
     z = resting_height(parameters) + exp(random.uniform(log(0.3), log(12.0)))
     limit = guaranteed_distance(z, parameters)
@@ -67,7 +67,7 @@ def position_near_the_limit(random, simulation):
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_both_guarantees_hold(delays):
-    """The guarantees hold for random positions, speeds, platforms, bricks and gravity."""
+    """The guarantees hold for random positions, speeds, dimensions and values of gravity."""
     random = Random(f'{delays}')
     verdicts = []
     for arena in range(10):
@@ -130,7 +130,7 @@ def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_command_latency_is_neither_too_short_nor_too_long(delays):
-    """The maximum latency is between command_latency - 25 ms and command_latency."""
+    """The maximum simulated latency is 0 to 25 ms shorter than command_latency."""
     random = Random(f'{delays}')
     latencies = []
     for seed in range(50):
@@ -149,5 +149,5 @@ def test_command_latency_is_neither_too_short_nor_too_long(delays):
         latencies.append((simulation.now - decided) * 1e-9 - drive)
     latency = PARAMETERS.command_latency
     assert latency - 0.025 <= max(latencies) <= latency
-    # The third sample of the fall arrives at most 12 ms after the release.
+    # The third position sample of the fall arrives at most 12 ms after the release.
     assert DETECTION_TIME >= 0.012

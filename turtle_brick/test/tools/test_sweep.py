@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the sweep's table, guarantees, figures and command line."""
+"""Test the table, the check of guarantees, the figures and the command line of the sweep."""
 
 import csv
 from dataclasses import replace
@@ -51,7 +51,7 @@ def drops():
 
 @pytest.fixture(scope='module')
 def caught(drops):
-    """Return the successful drop with the smallest margin (s)."""
+    """Return the successful drop with the smallest time margin (s)."""
     return min((drop for drop in drops if drop.result.caught), key=lambda drop: drop.margin)
 
 
@@ -83,7 +83,7 @@ def test_the_options_in_the_header_reproduce_the_table(tmp_path, capsys):
 
 
 def test_the_columns_of_a_row_are_consistent(drops):
-    """A brick is caught if and only if its margin is not negative."""
+    """A brick is caught if and only if its time margin is not negative."""
     rows = [drop.row() for drop in drops]
     assert {row['outcome'] for row in rows} == {'caught', 'refused'}
     for row in rows:
@@ -100,7 +100,7 @@ def test_the_columns_of_a_row_are_consistent(drops):
 
 
 def test_positions_cover_the_grid_or_the_whole_range():
-    """The first cells of a grid are spread over the arena, and each drop has its own seed."""
+    """The first drops on a grid are spread over the arena, and each drop has its own seed."""
     plan = sweep.Plan(grid=True, count=9, heights=(8.0, 8.0), seed=1)
     numbers, seeds, bricks = zip(*plan.simulations())
     assert numbers == tuple(range(plan.drop_count)) and len(set(seeds)) == plan.drop_count
@@ -139,7 +139,7 @@ def test_the_exit_status_is_1_after_a_broken_guarantee(tmp_path, capsys, monkeyp
 
 
 def test_figures_are_drawn(tmp_path, drops, caught):
-    """The figures can show all outcomes. No map is drawn of drops beside a moving robot."""
+    """The figures can show every outcome of a drop. No map is drawn for a moving robot."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     unseen = caught._replace(result=caught.result._replace(decision=None, caught=False))
     sweep.draw([simulate_drop(PARAMETERS, 0, 1, (2.0, 3.0, 0.5), moving=True)], PARAMETERS,
@@ -193,7 +193,7 @@ def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkey
 
 
 def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
-    """Before an interrupt, two workers write the same rows as one worker."""
+    """Until they are interrupted, two workers write the same rows as one worker."""
     options = '--drops 1000000 --workers 2 --height 2 9 --seed 5 --no-figures --output'
     with Process([sys.executable, '-m', 'turtle_brick.tools.sweep', *options.split(),
                   str(tmp_path)]) as process:
