@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Control a headless Chromium through DevTools. The websockets package is installed with viser."""
+"""Control headless Chromium through DevTools. Viser installs the websockets package."""
 
 from base64 import b64decode
 from contextlib import ExitStack
@@ -34,7 +34,7 @@ TIMEOUT = 300.0
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
     '--remote-debugging-port=0',
-    # Without a graphics card, SwiftShader draws only WebGL, because it needs much time.
+    # Without a graphics card, these options use the slow SwiftShader only for WebGL.
     '--disable-gpu', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 FEW_FRAMES = """
@@ -109,7 +109,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a given tag and text, and click it or the control it labels."""
+        """Wait for an element with a given tag and text. Click the element or its control."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)

@@ -18,8 +18,8 @@ Test whether the graph recovers from killed nodes, frozen nodes and random messa
     python3 turtle_brick/test/chaos.py kills [PATTERN]    each fault in each node at each stage
     python3 turtle_brick/test/chaos.py messages [COUNT]   random messages on topics and services
 
-The graph must recover by itself after each fault and after every thousand messages. The robot
-must then catch an easy brick and tip it off at the center. The program stops after a failure.
+The graph must recover by itself after each fault and after every thousand messages. Then the
+robot must catch a nearby brick and tip it off at the center. The program stops after a failure.
 """
 
 from collections.abc import Callable, Iterable
@@ -49,7 +49,7 @@ from turtle_brick.ros.tf import MAX_AHEAD_NS
 from turtle_brick.tools.graph import Graph
 
 WINDOW = 10.0
-"""Time (s) after a fault for which the catcher may refuse easy bricks."""
+"""Time (s) after a fault during which the catcher may refuse bricks that are easy to catch."""
 
 TIMEOUT = 300.0
 """Timeout (s) for all events on an overloaded machine."""
@@ -65,7 +65,7 @@ NODES = {
 """Package, executable and arguments of each node."""
 
 FAULTS = {'kill': None, 'freeze 0.3': 0.3, 'freeze 2': 2.0}
-"""Time (s) between SIGSTOP and SIGCONT, or None for SIGKILL and a restart."""
+"""Time (s) between SIGSTOP and SIGCONT for each fault, or None for SIGKILL and a restart."""
 
 STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
     'idle': lambda scene, watch: True,
@@ -89,11 +89,11 @@ START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 the process. DDS repeats the announcement after 3 s, or 0.3 s with the project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
-"""Height (m) of easy bricks, maximum distance (m) of easy bricks from the robot, and height (m) of
-unreachable bricks. Even on a busy machine, the catcher detects falls from these heights."""
+"""Height (m) of easily caught bricks, maximum distance (m) of these bricks from the robot, and height
+(m) of unreachable bricks. The catcher detects falls from these heights even on a busy machine."""
 
 BATCH, PERIOD = 1000, 0.005
-"""Number of random messages before each easy catch, and time (s) between messages."""
+"""Number of random messages before each required catch, and time (s) between messages."""
 
 EXCLUDED = ('/rosout', '/parameter_events', '/turtle1/cmd_vel', '/joint_states')
 """Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose. The
@@ -101,7 +101,7 @@ real robot_state_publisher exits after receiving a joint state with a timestamp 
 
 
 class Scene(Graph):
-    """A graph with a client and nodes in processes of their own."""
+    """A graph with a client and with nodes in separate processes."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
         """Start a process for each named node, and use `random` for all random values."""
@@ -175,7 +175,7 @@ class Scene(Graph):
 
     def drop_easy_brick(self, stage: str) -> DropWatch:
         """
-        Drop easy bricks until one of them reaches a given stage.
+        Drop bricks that are easy to catch until one of them reaches a given stage.
 
         For up to WINDOW (s) after a fault, the catcher may refuse bricks. While this machine is
         overloaded, the robot may also miss bricks. The robot must catch any other brick.
@@ -195,7 +195,7 @@ class Scene(Graph):
         raise TimeoutError('the robot catches no brick on the overloaded machine')
 
     def check_catch(self) -> None:
-        """Check that the robot catches an easy brick and tips the brick off at the center."""
+        """Check that the robot catches a nearby brick and tips it off at the center."""
         watch = self.drop_easy_brick('carrying')
         self.wait_until(lambda: watch.floated, 'the brick slides off')
         assert self.client.distance_to(CENTER) < 0.05, 'the brick is not tipped off at the center'

@@ -56,11 +56,11 @@ TIMEOUT = 120.0
 """Timeout (s) for events that occur immediately on an idle machine."""
 
 MAX_PAUSE = 0.015
-"""Maximum time (s) between two spins on a calm machine. After a longer pause, timers of 100 Hz
-may have skipped calls."""
+"""Maximum time (s) between two spins on a calm machine. After a longer pause, 100 Hz timers may
+have skipped calls."""
 
 CALM_TIMEOUT = 5.0
-"""Time (s) to wait for a calm machine."""
+"""Maximum time (s) to wait until the machine is calm."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
 """A short referee program that includes each kind of request. Even on a busy machine, the robot
@@ -95,7 +95,7 @@ class LiveGraph(Graph):
         super().__init__(domain_id, **options)
         self._fetch_time = self._spin_time = 0.0
         self.is_calm = True
-        """Whether no pause between two spins was longer than MAX_PAUSE in the last measurement."""
+        """Whether all pauses between spins in the last measurement were shorter than MAX_PAUSE."""
         self._recorder = PollingNode('recorder', context=self.context, namespace=self.namespace)
         self.listener = self.add(Node, parameters=False, node_name='listener',
                                  start_parameter_services=False)
@@ -145,8 +145,8 @@ class LiveGraph(Graph):
         """
         Measure the publication rate (Hz) in each recording over `count` messages.
 
-        The measurement begins again after a pause of the machine, for up to CALM_TIMEOUT. Then
-        `is_calm` states whether a pause may have lowered the rates.
+        If the machine pauses before CALM_TIMEOUT, the measurement begins again. In the end, `is_calm`
+        is False if a pause may have lowered the rates.
         """
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')

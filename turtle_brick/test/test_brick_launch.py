@@ -35,7 +35,7 @@ TIMEOUT = 120.0
 
 @pytest.mark.launch_test
 def generate_test_description():
-    """Launch a slow robot, which drives until the end of the test."""
+    """Launch a robot that is so slow that it drives until the end of the test."""
     parameters = PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml'])
     return LaunchDescription([
         Node(package='turtlesim', executable='turtlesim_node', parameters=[{'holonomic': True}],
@@ -48,7 +48,7 @@ def generate_test_description():
 
 
 class TestCmdVel(unittest.TestCase):
-    """Measure the rate of cmd_vel by the publication times of the commands."""
+    """Measure the rate of cmd_vel from the publication times of the commands."""
 
     def setUp(self):
         """Subscribe to the commands."""
@@ -69,7 +69,7 @@ class TestCmdVel(unittest.TestCase):
         self.times[state].append(info['source_timestamp'])
 
     def send_goal(self):
-        """Send the robot to a corner, which it reaches after more than TIMEOUT."""
+        """Send the robot to a corner that it cannot reach within TIMEOUT."""
         goal = PoseStamped()
         goal.header.frame_id = 'world'
         goal.pose.position.x = goal.pose.position.y = 10.0
@@ -77,7 +77,7 @@ class TestCmdVel(unittest.TestCase):
 
     def wait_for_100_hz(self, state):
         """
-        Wait until COUNT successive commands of a robot that is idle or driving have 100 Hz.
+        Wait until COUNT successive commands of an idle or driving robot have a rate of 100 Hz.
 
         On an overloaded machine, some measurements may have a lower rate.
         """
@@ -90,7 +90,7 @@ class TestCmdVel(unittest.TestCase):
                 times.clear()
 
     def test_commands_have_100_hz(self):
-        """A robot without a goal publishes commands of 0 at the same rate."""
+        """A robot without a goal publishes zero commands at the same rate as a driving robot."""
         self.wait_for_100_hz('idle')
         self.node.create_timer(0.2, self.send_goal)
         self.wait_for_100_hz('driving')

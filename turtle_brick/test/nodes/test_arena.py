@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the arena's rates in a live graph, and everything else in simulated time."""
+"""Test the message rates of the arena in a live graph, and everything else in simulated time."""
 
 from itertools import groupby
 from math import nan, sqrt
@@ -59,12 +59,12 @@ def test_250_transforms_per_second(live):
 
 
 def test_fall_by_its_stamps(bench):
-    """Each transform matches the parabola at its timestamp. A delayed node never skips a step."""
+    """Each transform matches the parabola at its timestamp. A late arena never skips a step."""
     assert bench.place(3.0, 4.0, 9.0).success
     bench.bricks.clear()
     bench.run(0.1)
     assert bench.drop().success
-    answered = bench.now + 100_000_000  # The process pauses before it sends the response.
+    answered = bench.now + 100_000_000  # The arena pauses before it sends the response.
     for delay_ms in (100, 1, 30, 7, 13, 500):
         bench.tick(delay_ms * 1_000_000)
     bench.until(Phase.GROUNDED)
@@ -156,7 +156,7 @@ def test_markers_and_inclination(bench):
 
 @pytest.mark.parametrize('jump', (-5.0, 3.0))
 def test_clock_jump_is_reported(bench, capfd, jump):
-    """The fall continues. The warning contains the signed duration of the jump."""
+    """The fall continues. The warning contains the signed duration of the clock jump."""
     assert bench.place(3.0, 4.0, 60.0).success and bench.drop().success
     bench.run(0.1)
     z = bench.world.brick[2]

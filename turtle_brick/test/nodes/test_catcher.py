@@ -33,7 +33,7 @@ from visualization_msgs.msg import Marker
 
 
 class Bench(SteppedGraph):
-    """An arena, a catcher, and a robot that executes each goal after a delay (s)."""
+    """A stepped graph with a catcher, and a robot that executes each goal after a delay (s)."""
 
     def __init__(self, live, delay=0.0):
         self.delay = seconds(delay)
@@ -57,7 +57,7 @@ class Bench(SteppedGraph):
         self.platform = (x, y, yaw, tilt)
 
     def connect(self):
-        """Subscribe to the commands of the catcher and return their recordings."""
+        """Subscribe to the goals and the tilt commands, and return recordings of both topics."""
         recordings = (self.live.record('goal_pose', PoseStamped), self.live.record('tilt', Tilt))
         self.live.wait_for(self.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
         return recordings
@@ -139,7 +139,7 @@ def test_late_robot_is_reported_once(live, capfd):
 
 
 def test_fall_in_one_message_is_detected_immediately(live):
-    """After a delay, the arena broadcasts many steps in one message."""
+    """After a delay, the arena broadcasts the transforms of many steps in one message."""
     bench = Bench(live)
     bench.release(12.0, 6.0, 8.0)
     bench.tick()

@@ -101,7 +101,7 @@ CASES = {
 
 @pytest.fixture(scope='module')
 def reports(tmp_path_factory):
-    """Run each case in both languages, and return the directory of the reports."""
+    """Launch each case in Python and XML, and return the directory of the programs' reports."""
     top = tmp_path_factory.mktemp('prefix')
     index = top / 'share' / 'ament_index' / 'resource_index' / 'packages'
     index.mkdir(parents=True)
@@ -125,7 +125,7 @@ def reports(tmp_path_factory):
 
 
 def programs_of(reports, number):
-    """Return the arguments, the parameters and the Qt platform of each program of a launch."""
+    """Return the arguments, the parameters and the Qt platform of each started program."""
     found = {}
     for report in reports.glob(f'{number}-*'):
         head, *documents = report.read_text().split('\n---\n')
@@ -196,7 +196,7 @@ def test_arguments_have_defaults_and_descriptions(name, language):
 def test_rviz_configuration_matches_the_published_topics(name):
     manager = yaml.safe_load(
         (SHARE / 'config' / f'{name}.rviz').read_text(encoding='utf-8'))['Visualization Manager']
-    # With show_turtle, there is no world frame.
+    # In show_turtle, no node broadcasts the world frame.
     frame = 'base_link' if name == 'show_turtle' else 'world'
     assert manager['Global Options']['Fixed Frame'] == frame
     topics = {}

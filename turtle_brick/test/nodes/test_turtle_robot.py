@@ -38,7 +38,7 @@ def goal_at(x, y, frame='world'):
 
 @pytest.fixture
 def robot(live):
-    """Return a robot that has received the poses (3, 4) and (8, 2)."""
+    """Return a turtle_robot node that has received poses at (3, 4) and (8, 2)."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=3.0, y=4.0, theta=1.0))
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0, theta=-2.0))
@@ -52,14 +52,14 @@ def warned(capfd):
 
 
 def assert_100_hz(live, recordings):
-    """On an overloaded machine, timers skip calls, so the rates may only be too low."""
+    """Check for rates of 100 Hz, or less if an overloaded machine skips timer calls."""
     rates = live.rates(recordings, 100)
     assert max(rates) < 101.0
     assert not live.is_calm or rates == pytest.approx([100.0] * len(rates), rel=0.01)
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """The odometry contains each command, and its pose equals the transform at the same time."""
+    """An odometry message contains the latest command and the pose in the current transform."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)
@@ -100,7 +100,7 @@ def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
 
 
 def test_odom_is_the_first_pose_including_its_heading(live, robot):
-    """The transform to odom is latched and constant. A teleport does not turn the wheel."""
+    """The world-to-odom transform is latched and constant. A teleport does not turn the wheel."""
     statics = live.record_transforms('odom', '/tf_static', LATCHED)
     live.wait_for(lambda: statics.messages, TIMEOUT, 'world -> odom for a late joiner')
     (transform,) = statics.messages
@@ -130,7 +130,7 @@ def test_goals_in_each_frame(robot):
 
 
 def test_invalid_messages_are_ignored_with_a_warning(live, warned):
-    """The goal, tilt and pose do not change. A goal outside the arena is moved to the edge."""
+    """The robot's state does not change. A goal outside the arena is moved to the edge."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
     robot.on_tilt(Tilt(angle=0.5))

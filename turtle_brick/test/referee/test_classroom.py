@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test that one command judges all students, reports crashes and rejects invalid options."""
+"""Test that one command judges all workspaces, reports crashes and rejects invalid options."""
 
 import csv
 import os
@@ -42,7 +42,7 @@ CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback)
 @pytest.mark.parametrize('output, expected', (
     (IMPORT_ERROR + DIED.format('catcher-3', 1), 'catcher crashed: ModuleNotFoundError: No module '
      "named 'nonsuch' (the environment lacks nonsuch)"),
-    (IMPORT_ERROR, ''),  # The node catches and logs this error.
+    (IMPORT_ERROR, ''),  # The node catches and logs its import error.
     (DIED.format('arena-2', -11), 'arena crashed: exit status -11'),
     (DIED.format('arena-2', -2), ''),  # ros2 launch stopped this process.
     (f'{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n'

@@ -39,7 +39,7 @@ from turtle_referee.trial import DISCOVERY_TIME, FAR_OUT, Program, Trial
 from turtlesim.srv import TeleportRelative
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
-"""Options that shorten the trial of an incomplete graph."""
+"""Options of Trial that shorten the trial of an incomplete graph."""
 
 
 def alter(path, new):
@@ -54,7 +54,7 @@ def alter(path, new):
 
 
 def delay_stem():
-    """Return a function that delays the stem angle by 0.1 s."""
+    """Return a function that delays the stem angle in joint states by 0.1 s."""
     angles = deque(maxlen=10)
 
     def delay(message):
@@ -118,7 +118,7 @@ def test_faults_are_found(domain_id, monkeypatch):
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """Requirements fail if the robot and the arena exit before they receive a request."""
+    """A requirement fails if the node that must meet it exits before receiving a request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)
@@ -175,7 +175,7 @@ def test_unusual_names_and_types_are_recognized(domain_id):
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):
-    """The referee records only the TF frames from a graph in another namespace."""
+    """From a graph in another namespace, the referee records only the TF frames."""
     logged = []
     with Graph(domain_id, namespace='elsewhere', quiet=True) as graph:
         graph.add_turtlesim()
@@ -225,7 +225,7 @@ def test_a_reserved_domain_has_no_other_reservation_and_no_node():
         assert reserved == first
     lower, upper = LiveGraph(first), LiveGraph(first)
     with upper:
-        with lower:  # After this node exits, the first port of the domain is free.
+        with lower:  # After this graph ends, the first port of the domain is free.
             pass
         with pytest.raises(DomainError, match='in use'), reserved_domain([first]):
             pass

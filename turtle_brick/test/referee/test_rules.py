@@ -38,7 +38,7 @@ from visualization_msgs.msg import Marker
 import xacro
 
 BEGIN = 1_800_000_000 * NS_PER_SECOND
-"""Start time (ns) of all records."""
+"""Start time (ns) of all simulated records."""
 
 PARAMETERS = load()
 NUMBERS = Profile.from_parameters(PARAMETERS).numbers
@@ -51,7 +51,7 @@ SPEED = 3.0
 """Speed (m/s) of the robot."""
 
 DIRECTION = numpy.array((0.8, 0.6))
-"""Unit vector of the first drive."""
+"""Unit vector in the direction of the first drive."""
 
 LEG = 0.7
 """Duration (s) of a 1.5 m drive, including the stop after it."""
@@ -81,7 +81,7 @@ def add_transforms(record, child, parent, track, static=False):
 
 
 def add_message(record, topic, message, seconds, late=0.0):
-    """Add a message with the given timestamp (s) and publication delay (s)."""
+    """Add a message with the given timestamp (s) and publication delay (s) to a record."""
     if hasattr(message, 'header'):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(at(seconds), NS_PER_SECOND)
     record.topics[topic].append(Received(at(seconds + late), message))
@@ -109,7 +109,7 @@ def add_walls(record, times):
 
 
 def drive(record, off):
-    """Add a robot that starts at 0 s and drives forward and back along a straight line."""
+    """Add the data of a robot that starts at 0 s and drives back and forth in a straight line."""
     base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
     stem = model(record).joint('stem')
     for joint in model(record).joints:
@@ -150,7 +150,7 @@ def drive(record, off):
 
 
 def drop(record, requested, place, track):
-    """Add a dropped brick and its DropWatch. `track` contains times (s) and the brick's poses."""
+    """Add the data of a dropped brick. `track` contains times (s) and poses of the brick."""
     watch = DropWatch(record, at(requested - 0.1), place)
     watch.requested = at(requested)
     watch.request = Request(at(requested), at(requested + 0.01), None)
@@ -166,7 +166,7 @@ def drop(record, requested, place, track):
 
 
 def fall(record, off):
-    """Add a brick that hovers until 2.5 s and then falls to the ground beside the platform."""
+    """Add the data of a brick that hovers until 2.5 s and then falls beside the platform."""
     add_transforms(record, 'brick', 'world', (
         (now, pose(FAR)) for now in numpy.arange(-0.5, 2.44, 0.4 / off.rate)))
     record.places.append(Request(at(2.0), at(2.44), FAR))
@@ -180,7 +180,7 @@ def fall(record, off):
 
 
 def tip(record, off):
-    """Add a brick that is released at 5.5 s, is caught, and slides off the tilted platform."""
+    """Add the data of a brick that is released at 5.5 s, is caught, and is then tipped off."""
     joint, level, leaning = model(record).joint('platform'), UPRIGHT, turn(UPRIGHT[1], ANGLE)
     acceleration = off.pull * off.gravity * sin(ANGLE)
     gone = TILT + sqrt(2.0 * (off.stop - OFFSET) / acceleration)
@@ -212,7 +212,7 @@ CORRECT = {
     'gravity': NUMBERS['gravity_accel'],
     'step': 0.008,  # Period (s) of the brick transforms.
     'aside': 0.0,  # Sideways speed (m/s) of the falling brick.
-    'below': 0.0, 'above': 0.0,  # Distances (m) below the ground and above the platform.
+    'below': 0.0, 'above': 0.0,  # Brick's distance (m) below the ground and above the platform.
     'lean': 0.0,  # Inclination (rad) of the brick.
     'pull': 1.0,  # Factor applied to the acceleration on the slope.
     'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the slide.
@@ -223,7 +223,7 @@ PARTS = (drive, fall, tip)
 
 
 def make_record(parts=PARTS, **off):
-    """Return a record with the given parts, using the values in CORRECT except those in `off`."""
+    """Return a record with the given parts. The values in `off` replace those in CORRECT."""
     record = Record(Profile(numbers=dict(NUMBERS)))
     record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
     record.latched = {'/brick_marker': True, '/walls': True}
@@ -238,8 +238,8 @@ def make_record(parts=PARTS, **off):
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
 BRICK_RULES = NAMES - ROBOT_RULES - {'rate: brick'}
-"""Names of all requirements, of those that a robot can meet without a brick, and of those that
-a brick can meet at a low message rate."""
+"""Names of all requirements, of those for a robot without a brick, and of the remaining
+requirements that allow a low message rate."""
 
 
 def judge(record, *names):
@@ -289,7 +289,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Respond to a drop a given time (s) after the release, and delete `missing` transforms."""
+    """Set the time (s) from the release to the drop response, and delete `missing` transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
@@ -297,7 +297,7 @@ def move_response(record, seconds, missing=0, accepted=True):
 
 
 def move_early(record, down):
-    """Lower a brick by a given distance (m) before the drop response."""
+    """Lower a brick by a given distance (m) before the response to the drop request."""
     move_response(record, -0.002)
     shift(record, 'brick', 2.494, -down, 2)
     record.drops[0].released = at(2.488)
@@ -311,7 +311,7 @@ def publish_walls(record, times):
 
 
 def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACING, again=()):
-    """Change the text and its lifetime (s), and repeat the text after each given delay (s)."""
+    """Change a text marker and its lifetime (s), and repeat the marker after given delays (s)."""
     first = next(received for received in record.markers if received.topic == '/text')
     marker = first.marker
     marker.text, marker.type = text, kind
@@ -321,7 +321,7 @@ def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACIN
 
 
 def remove_text(record, seconds, action):
-    """Remove the lifetime of the text, and delete the text after a given time (s)."""
+    """Remove the lifetime of a text marker, and delete the marker after a given time (s)."""
     change_text(record, 0.0)
     add_marker(record, Marker(action=action), 2.65 + seconds, '/text')
 

@@ -170,7 +170,7 @@ def without_other_parsers(text):
 
 @pytest.mark.parametrize('record', recorded('errors', 'more') + recorded('cases'))
 def test_output_matches_recording(record, files, environment, tmp_path, monkeypatch):
-    """A command, which may use small launch files, has the recorded output and status."""
+    """Each command, with or without small launch files, has the recorded output and status."""
     if 'files' in record:
         for name, text in record['files'].items():
             (tmp_path / name).write_text(text)
@@ -251,7 +251,7 @@ def test_missing_name_is_explained(package, name):
     ('launch.actions.declare_launch_argument', 'DeclareLaunchArgument'),
     ('launch_xml.launch_description_sources', 'XMLLaunchDescriptionSource')])
 def test_modules_of_the_real_packages_exist(module, name):
-    """A name can be imported from its module, with its package, or with all other names."""
+    """A name is available after importing its module, its package, or all names in its module."""
     exec(f'import {module}; {module}.{name}', {})
     exec(f'import {module.partition(".")[0]}; {module}.{name}', {})
     exec(f'from {module} import *; {name}', {})
@@ -283,7 +283,7 @@ def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, mo
 
 
 def run(record, files, top, before):
-    """Run a recorded command, and return the command and its remaining processes."""
+    """Run a recorded command. Return the command and the processes that it left running."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # Python 3.13 colors tracebacks.
@@ -371,7 +371,7 @@ def test_run_matches_recording(record, runs, files):
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
-    if record['name'].startswith('sigterm'):  # The real launch does not end its processes.
+    if record['name'].startswith('sigterm'):  # The real launch leaves its processes running.
         assert not remaining
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in output
@@ -403,8 +403,8 @@ def test_test_run_matches_recording(record, runs, files):
                                   normal(text, files)))
         for text in (done.text, done.error, record['stdout'], record['stderr']))
     output, expected = (sorted(sum(by_source(text).values(), [])) for text in (output, expected))
-    if 'exit code -2' in record['stdout']:  # Python may print a traceback at startup.
+    if 'exit code -2' in record['stdout']:  # If interrupted at startup, Python prints a traceback.
         output = [line for line in output if not line.startswith('[wait-1] ')]
     assert output == expected
-    # Since Python 3.12, unittest reports that there are no tests.
+    # Since Python 3.12, unittest prints NO TESTS RAN instead of OK if there are no tests.
     assert error.replace('NO TESTS RAN', 'OK').split('\n')[-8:] == complaint.split('\n')[-8:]

@@ -33,7 +33,7 @@ DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 URDF = (DATA / 'r2.urdf').read_text()
 RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.json'))]
 URDFS = json.loads((DATA / 'urdf_verdicts.json').read_text())
-"""Verdicts and transforms recorded with urdfdom 4.0.2 for joint positions of 0.5."""
+"""Verdict on each URDF and transforms at joint positions of 0.5, recorded with urdfdom 4.0.2."""
 
 NS_PER_SECOND = 1_000_000_000
 
@@ -43,7 +43,7 @@ def nanoseconds(stamp):
 
 
 def joint_state(row, shift):
-    """Return a recorded message with its timestamp shifted by `shift` (ns)."""
+    """Return a recorded JointState message with its timestamp shifted by `shift` (ns)."""
     message = JointState(name=row['name'], position=[float(value) for value in row['position']])
     if nanoseconds(row['stamp']):
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(
@@ -66,7 +66,7 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
 
 
 def start(live, **parameters):
-    """Start the node with the given parameters. Return the node and a recording of /tf."""
+    """Start the stand-in with the given parameters. Return its node and a recording of /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
     node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
     tf = live.record('/tf', TFMessage, QoSProfile(depth=500))

@@ -151,7 +151,7 @@ def open_graph_here(arena):
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
         with cli_graph.open_graph() as graph:  # This call waits for discovery.
-            cli_graph.joined.clear()  # No command shall end this process.
+            cli_graph.joined.clear()  # Commands must not end this process.
 
             @contextlib.contextmanager
             def open_graph(found=None, name=None):
@@ -168,7 +168,7 @@ def open_graph_here(arena):
 
 
 def test_graph_is_complete_when_all_nodes_and_services_are_announced():
-    """Each participant must have a named node, and each visible node must have services."""
+    """A complete graph has named nodes in all participants and services for all visible nodes."""
     info = {'ros_discovery_info': {1: '', 2: ''}, '/parameter_events': {1: 'arena', 2: '_ros2cli'}}
     written, read = ({'arena': {each: []}, '_ros2cli': {}} for each in (
         'rr/dropReply', 'rq/dropRequest'))
@@ -192,7 +192,7 @@ def test_graph_is_complete_when_all_nodes_and_services_are_announced():
 
 
 def test_ctrl_c_in_a_destructor_ends_spinning(open_graph_here):
-    """Ctrl-C in a destructor ends spinning even though Python ignores exceptions there."""
+    """Ctrl-C in a destructor ends spinning although Python ignores exceptions in destructors."""
     class Ending:
 
         def __del__(self):
@@ -267,13 +267,13 @@ MAY_DIFFER = (
 
 ANSWERS = {
     'call_place_refused': r'(message=).*()',
-    # rclpy and rclcpp give different reasons.
+    # rclpy and rclcpp give different reasons for a refusal.
     **dict.fromkeys(('param_set_out_of_range', 'param_set_unknown', 'param_set_wrong_type'),
                     r'(failed: ).*()'),
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
     'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
 }
-"""Parts of the output that may differ, keyed by the name of the recording."""
+"""Patterns for parts of the output that may differ, keyed by the name of the recording."""
 
 TOKENS = {
     'SHARE': re.escape(get_package_share_directory('turtle_brick')),
@@ -389,7 +389,7 @@ def test_verb_without_recording(words, text, open_graph_here, tmp_path, monkeypa
 
 
 def block():
-    """Keep the lock of the Python interpreter, as Fast DDS sometimes does."""
+    """Hold the global interpreter lock of Python, as Fast DDS sometimes does."""
     cli_graph.exit_after(0.1, 3)
     ctypes.PyDLL(None).pause()
 

@@ -35,7 +35,7 @@ from turtle_brick.ros.tf import transform_message
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
 RANDOM = json.loads((DATA / 'tf2_random.json').read_text())
-"""Recordings of random calls with changing trees, duplicate timestamps, old data and loops."""
+"""Recordings of random tf2 calls with changing trees, duplicate timestamps, old data and loops."""
 
 REAL_HASHES = json.loads((DATA / 'type_hashes.json').read_text())
 """Type hashes of the real tf2_msgs and turtlesim interfaces."""
@@ -63,7 +63,7 @@ def seconds(time):
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
 def test_calls_return_the_recorded_results(script):
-    """Numbers may differ by 1e-9, but exceptions and frame lists must be identical."""
+    """Numbers may differ by up to 1e-9, but exceptions and frame lists must be identical."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
     for call in script['ops']:
         if call['op'] in ('set', 'set_static'):

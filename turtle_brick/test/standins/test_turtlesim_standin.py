@@ -127,7 +127,7 @@ def test_teleport_services_move_turtle_at_once(live, turtlesim, poses):
 
 
 def test_turtles_are_spawned_and_killed(live, turtlesim, poses):
-    """Invalid names are refused, and reset removes all turtles except turtle1."""
+    """Invalid turtle names are refused, and `reset` removes all turtles except turtle1."""
     def spawn(name):
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 

@@ -91,14 +91,14 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     scene = Scene(page.viser)
 
     def request(x):
-        """Return the camera position requested for a brick at x (m), or None."""
+        """Return the camera position that the scene requests for a brick at x (m), or None."""
         browser.position = None
         scene.keep_in_view([(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [])
         return browser.position
 
     assert request(0.0) is None
     requests = [request(1.0)]
-    browser.report((4.0, 5.0, 6.0))  # This position is older than the first request.
+    browser.report((4.0, 5.0, 6.0))  # This camera position is older than the first request.
     requests += [request(5.0), request(9.0)]
     assert None not in requests and request(9.0) is None
     for late in requests:

@@ -44,7 +44,7 @@ WAITING = 'waiting for the response'
 
 
 def response_to(live, command, *arguments):
-    """Execute a command in the same way as the page does, and return the displayed response."""
+    """Execute a command as the page does, and return the displayed response."""
     panel = live.viewer.panel
     panel.show_response(WAITING, True)
     live.viewer.schedule(command, *arguments)

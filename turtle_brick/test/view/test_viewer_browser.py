@@ -59,7 +59,7 @@ ROBOT = """
 
 
 def attempts(what: str) -> Iterator[None]:
-    """Allow any number of attempts, which a busy machine may require, until the timeout."""
+    """Yield until the timeout, because a busy machine may require several attempts."""
     deadline = monotonic() + TIMEOUT
     while monotonic() < deadline:
         yield
@@ -126,7 +126,7 @@ class Page(Chromium):
 
 @contextmanager
 def running_graph(domain_id):
-    """Run the graph with a viewer, and return the page address and a queue of goals."""
+    """Run the graph with a viewer, and yield the page address and a queue of received goals."""
     goals, end = Queue(), Event()
     with graph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
         add_nodes(live)
@@ -166,7 +166,7 @@ def test_buttons_on_the_page_move_the_joints(page, domain_id):
 def test_brick_is_shown_placed_and_caught_on_the_page(page, domain_id):
     x, y, z = load().brick_start
     with running_graph(domain_id) as (url, goals):
-        page.go_to(f'{url}/?fixedDpr=0.5')  # The scene then has a quarter of the pixels.
+        page.go_to(f'{url}/?fixedDpr=0.5')  # Draw only a quarter of the pixels.
         # The scene becomes narrower when the panel appears.
         page.wait_for(f'{CANVAS} && {CANVAS}.getBoundingClientRect().width < innerWidth')
         page.wait_for_text('brick', f'hovering, height {z:.2f} m')

@@ -70,7 +70,7 @@ def test_the_modules_of_the_site_catch_a_brick_without_any_packages(tmp_path):
 
 @pytest.fixture(scope='module')
 def chromium() -> Iterator[Chromium]:
-    """Open a window with the size of a phone."""
+    """Open a browser window with the size of a phone screen."""
     if find_chromium() is None:
         pytest.skip('Chromium is not installed. Run: apt-get install chromium')
     with Chromium(400, 800) as chromium:
@@ -92,7 +92,7 @@ def test_the_pages_of_the_referee_do_not_overflow(chromium, tmp_path):
 
 @pytest.fixture(scope='module')
 def page(chromium: Chromium, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """Open the page with libraries downloaded from npm."""
+    """Open the website with local copies of its libraries from npm."""
     if shutil.which('npm') is None:
         pytest.skip('npm is not installed. Run: apt-get install npm')
     folder = tmp_path_factory.mktemp('web')
