@@ -109,7 +109,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a given tag and text. Click the element or its control."""
+        """Wait for an element with a given tag and text, and click it or the control it labels."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)

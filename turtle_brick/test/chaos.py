@@ -89,8 +89,8 @@ START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 the process. DDS repeats the announcement after 3 s, or 0.3 s with the project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
-"""Height (m) of easily caught bricks, maximum distance (m) of these bricks from the robot, and height
-(m) of unreachable bricks. The catcher detects falls from these heights even on a busy machine."""
+"""Height (m) of easily caught bricks, their maximum distance (m) from the robot, and height (m) of
+unreachable bricks. Even on a busy machine, the catcher detects falls from these heights."""
 
 BATCH, PERIOD = 1000, 0.005
 """Number of random messages before each required catch, and time (s) between messages."""

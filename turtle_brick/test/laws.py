@@ -24,7 +24,7 @@ REST_Z = resting_height(PARAMETERS)
 
 
 def law(examples: int) -> settings:
-    """Return hypothesis settings for a number of random examples, the same in every run."""
+    """Return Hypothesis settings for a given number of reproducible random examples."""
     return settings(max_examples=examples, derandomize=True, deadline=None)
 
 

@@ -145,8 +145,8 @@ class LiveGraph(Graph):
         """
         Measure the publication rate (Hz) in each recording over `count` messages.
 
-        If the machine pauses before CALM_TIMEOUT, the measurement begins again. In the end, `is_calm`
-        is False if a pause may have lowered the rates.
+        If the machine pauses before CALM_TIMEOUT, the measurement begins again. If a pause may
+        have lowered the returned rates, `is_calm` is False.
         """
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')

@@ -41,7 +41,7 @@ PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
 """Module of each program that can run in a forked process."""
 
 FORKS = get_context('forkserver')
-"""Multiprocessing context that forks a process with preloaded modules. A command takes 0.2 s
+"""Multiprocessing context that forks from a process with preloaded modules. A command takes 0.2 s
 in a forked process, but 0.6 s in a new process."""
 FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name in (
     'graph', 'packages', 'messages')), 'launch_xml', 'numpy', 'rclpy.action'])

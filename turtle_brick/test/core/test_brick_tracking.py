@@ -59,7 +59,7 @@ def drop(tracker, start, height, end):
 
 
 def rest(tracker, start, position, time=0.1, is_attached=False):
-    """Keep the brick at a position (m) for `time` (s) from `start` (s). Return the end time."""
+    """Keep the brick at a position (m) for `time` (s) after `start` (s). Return the end time."""
     for step in range(round(time / PERIOD) + 1):
         tracker.observe(seconds(start + step * PERIOD), position, is_attached)
     return start + time
@@ -86,7 +86,7 @@ def test_brick_that_passes_the_platform_has_not_landed(tracker):
 
 @pytest.mark.parametrize('x', (5.0, 7.0))
 def test_brick_placed_at_its_resting_height_has_not_landed(tracker, x):
-    """The brick is placed during a fall, before it could have landed on the platform."""
+    """The brick is placed at its resting height before a fall could have taken it there."""
     rest(tracker, drop(tracker, 1.0, 6.0, 5.0), (x, 5.0, REST_Z))
     assert tracker.fall is None and not tracker.has_landed
 

@@ -75,7 +75,7 @@ def test_transition_table(state, observed, expected):
 
 
 def test_transition_table_contains_every_arrow():
-    """The arrows are part of the state diagram in the docstring of `transition`."""
+    """The docstring of `transition` contains a state diagram with the same arrows as TABLE."""
     arrows = {f'{state.name} --> {after.name}' for state, observed, after in TABLE
               if state is not after and not observed.get('has_reachable_fall')}
     documented = re.findall(r'(\w+) +--> (\w+) {4}', transition.__doc__)
@@ -107,7 +107,7 @@ class CatchBench:
         return Platform(pose) if self.visible else None
 
     def run(self, time, until=lambda: False):
-        """Run until a condition is true or a time (s) has passed. Return whether it is true."""
+        """Simulate for a time (s) or until a condition is true. Return whether it is true."""
         end = self.now + seconds(time)
         while self.now < end:
             self.now += STEP_NS
@@ -247,7 +247,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time):
     bench.run(time)
     if bench.states[1:]:
         assert bench.states == COURSE
-    for above in (0.009, 0.0):  # An approaching robot stops beside the first position.
+    for above in (0.009, 0.0):  # An approaching robot stops beside the first of these positions.
         bench.world.brick = (*bench.robot, REST_Z + above)
         bench.run(0.5)
     assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)

@@ -65,7 +65,7 @@ def test_wheel_rolls_without_slipping_up_to_a_wall(direction, speed, theta):
 @given(poses=st.lists(st.tuples(st.integers(0, 11), st.integers(0, 11), angles), min_size=1,
                       max_size=10), speed=st.sampled_from([0.0, 1.0, 3.0]))
 def test_teleports_change_neither_odom_nor_the_wheel(poses, speed):
-    """Composing the first pose with the pose in odom yields the pose in the world frame."""
+    """Composing the robot's first pose with its odom pose yields its pose in the world frame."""
     odometer = Odometer(RADIUS)
     for number, (x, y, theta) in enumerate(poses):
         odometer.observe(number * TICK, TurtlePose(x, y, theta, speed, 0.0))

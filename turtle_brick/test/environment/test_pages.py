@@ -87,7 +87,7 @@ def blocks(page):
 
 
 def block(page, language, word):
-    """Return the first code block on a page with a given language and a given word in its text."""
+    """Return a page's first code block that has a given language and contains a given word."""
     return next(text for kind, text in blocks(PACKAGE / 'doc' / page)
                 if kind == language and word in text)
 
@@ -159,7 +159,7 @@ def check_command(command, domain, directory):
 
 @contextmanager
 def arena(directory):
-    """Start an arena in a new ROS domain. Check that SIGINT stops the arena without traceback."""
+    """Start an arena in a ROS domain. Check that SIGINT stops the arena without a traceback."""
     with reserved_domain() as domain, started(ARENA, domain, directory) as process:
         process.wait_for_output('waiting for a fall', TIMEOUT)
         deadline, listed = monotonic() + TIMEOUT, ''

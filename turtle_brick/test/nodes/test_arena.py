@@ -59,7 +59,7 @@ def test_250_transforms_per_second(live):
 
 
 def test_fall_by_its_stamps(bench):
-    """Each transform matches the parabola at its timestamp. A late arena never skips a step."""
+    """Each transform matches the fall parabola at its time. A delayed arena never skips a step."""
     assert bench.place(3.0, 4.0, 9.0).success
     bench.bricks.clear()
     bench.run(0.1)

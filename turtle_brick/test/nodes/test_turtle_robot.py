@@ -130,7 +130,7 @@ def test_goals_in_each_frame(robot):
 
 
 def test_invalid_messages_are_ignored_with_a_warning(live, warned):
-    """The robot's state does not change. A goal outside the arena is moved to the edge."""
+    """Invalid messages do not change the state. A goal outside the arena is moved to the edge."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
     robot.on_tilt(Tilt(angle=0.5))
@@ -145,7 +145,7 @@ def test_invalid_messages_are_ignored_with_a_warning(live, warned):
                          TurtlePoseMessage(x=nan, y=5.0), TurtlePoseMessage(linear_velocity=inf)),
              ('(1e+30, 5)', '(-3, 5)', '(nan, 5)', 'speed inf'))):
         for message, word in zip(messages, words):
-            robot.get_logger().contexts.clear()  # Otherwise, the next warning would be throttled.
+            robot.get_logger().contexts.clear()  # Do not throttle the next warning.
             getattr(robot, callback)(message)
             (warning,) = warned()
             assert 'Ignored' in warning and word in warning

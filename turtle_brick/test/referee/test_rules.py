@@ -212,7 +212,7 @@ CORRECT = {
     'gravity': NUMBERS['gravity_accel'],
     'step': 0.008,  # Period (s) of the brick transforms.
     'aside': 0.0,  # Sideways speed (m/s) of the falling brick.
-    'below': 0.0, 'above': 0.0,  # Brick's distance (m) below the ground and above the platform.
+    'below': 0.0, 'above': 0.0,  # Height errors (m) of a brick on the ground and platform.
     'lean': 0.0,  # Inclination (rad) of the brick.
     'pull': 1.0,  # Factor applied to the acceleration on the slope.
     'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the slide.
@@ -247,7 +247,7 @@ def judge(record, *names):
 
 
 def shift(record, frame, seconds, way, axis=0):
-    """Shift a frame by a given distance (m) for 0.03 s."""
+    """Shift a recorded frame by a given distance (m) for 0.03 s."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
         sample.pose.position[axis] += way
 

@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Wait until a program exits. Return its status and the lines of stderr except rcl errors."""
+    """Wait until a program exits. Return the status and the stderr lines except rcl errors."""
     _, errors = program.communicate(timeout=600)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]
@@ -141,7 +141,7 @@ def restored_signals():
 ])
 def test_invalid_arguments_end_the_program_with_one_sentence(
         domain_id, restored_signals, args, reason):
-    """The message begins with the program name without the path that `ros2 run` adds."""
+    """The error message begins with the program name without the path that `ros2 run` adds."""
     file = ['--params-file', str(default_path())] if args else []
     with pytest.raises(SystemExit, match=f'^probe: {reason}$') as ended:
         with init(['/opt/some/lib/probe', '--ros-args', *file, *args]):

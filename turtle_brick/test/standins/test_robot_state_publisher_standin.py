@@ -66,7 +66,7 @@ def assert_transforms(message, recorded, shift=0, stamps=True):
 
 
 def start(live, **parameters):
-    """Start the stand-in with the given parameters. Return its node and a recording of /tf."""
+    """Start the stand-in with the given parameters. Return the node and a recording of /tf."""
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
     node = live.add(RobotStatePublisher, parameters=False, parameter_overrides=overrides)
     tf = live.record('/tf', TFMessage, QoSProfile(depth=500))
