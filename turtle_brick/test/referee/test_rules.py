@@ -331,12 +331,27 @@ def change_request(record, name, **changes):
     requests[0] = requests[0]._replace(**changes)
 
 
+def turn_late(record, seconds):
+    """Make the stem point in a wrong direction until a given time (s)."""
+    for received in record.messages('joint_states', at(-0.5), at(seconds)):
+        received.message.position[0] += 1.0
+
+
+def change_verdict(record, refused, number, should_be_caught):
+    """Refuse or accept a brick 0.2 s after its release."""
+    watch = record.drops[number]
+    watch.should_be_caught, watch.goal = should_be_caught, at((2.7, 5.7)[number])
+    watch.refusals = [watch.goal] if refused else []
+
+
 def remove_verdict(record, _):
     record.drops[0].refusals.clear()
     record.markers = [received for received in record.markers if received.topic != '/text']
 
 
 FAULTS = (
+    ('frames: world', lambda record, parent: add_transforms(
+        record, 'lost', parent, [(0.0, pose(CLOSE))]), ('odom',), ('nowhere',)),
     ('frames: odom', lambda record, dx: record.frames['odom'].add(at(0.5), 1, Sample(
         at(0.5), 'world', pose((CENTER[0] + dx, CENTER[1], 0.0)))), (0.0,), (0.02,)),
     ('frames: odom', lambda record, dx: shift(record, 'odom', -0.5, dx),
@@ -354,6 +369,8 @@ FAULTS = (
         record.frames['base_link'], 'sequence_numbers', numbers), ([0, 1, 2, 3],), ([7, 0] * 4,)),
     ('names: relative', lambda record, node: record.publishers.update({'/walls': {node}}),
      ('/elsewhere/arena',), ('/judged/arena',)),
+    ('cmd_vel: at rest', lambda record, speed: change(
+        record, 'cmd_vel', -0.3, 'angular.z', speed), (1e-9,), (5e-7, -5e-7)),
     ('odom: twist', lambda record, speed: [change(
         record, 'odom', number / 100.0, 'twist.twist.linear.x', speed) for number in range(50)],
      (), (0.1, -4.8)),
@@ -372,6 +389,7 @@ FAULTS = (
     urdf('drive: rolling', "joint[@name='wheel_joint']/axis", 'xyz', '0 -1 0'),
     urdf('drive: stem', "joint[@name='stem_joint']/axis", 'xyz', '0 0 -1'),
     ('drive: stem', 'crooked', (radians(4.0),), (radians(-6.0),)),
+    ('drive: stem first', turn_late, (-0.005,), (0.005,)),
     ('drive: straight', lambda record, dy: change(record, 'pose', 0.2, 'y', dy),
      (0.04,), (0.08, -0.08)),
     ('drive: overshoot', lambda record, dx: change(record, 'pose', 0.55, 'x', dx),
@@ -437,6 +455,11 @@ FAULTS = (
     ('markers: frames', lambda record, alpha: setattr(
         record.markers[0].marker.color, 'a', alpha), (0.1,), (0.0,)),
     ('verdict: in time', remove_verdict, (), (None,)),
+    ('verdict: out of reach', partial(change_verdict, number=0, should_be_caught=False),
+     (True,), (False,)),
+    ('verdict: in reach', partial(change_verdict, number=1, should_be_caught=True),
+     (False,), (True,)),
+    ('verdict: kept', partial(change_verdict, number=1, should_be_caught=None), (False,), (True,)),
     ('text: time', change_text, (2.71, 3.29), (2.69, 3.31)),
     ('text: time', partial(remove_text, action=Marker.DELETE), (2.71,), (3.31,)),
     ('text: time', partial(remove_text, action=Marker.DELETEALL), (3.29,), (2.69,)),
