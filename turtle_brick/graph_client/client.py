@@ -93,7 +93,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Drive to a goal (m) until the robot stops, or return None if driving is impossible."""
+        """Send a goal (m) and return the completed drive, or None if no robot accepts goals."""
         if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.

@@ -152,7 +152,7 @@ class Observer(Node):
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Record the topics in a profile and pass `node_options` to rclpy.node.Node."""
+        """Record the topics that a profile lists, and pass `node_options` to rclpy.node.Node."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())

@@ -254,7 +254,7 @@ class Page:
         Return the latest time (ns) with known poses of robot and brick, or 0 if no pose is known.
 
         If each object were drawn at its own latest time, objects that move together would appear
-        separated. An object whose transforms have stopped does not delay drawing.
+        separated. An object without new transforms does not delay the other objects.
         """
         times = [nanoseconds_of(transform.header.stamp)
                  for frame in {BASE_LINK, BRICK, *self._robot.links}
@@ -265,7 +265,7 @@ class Page:
     def _drawn_pose(self, frame: str) -> Pose | None:
         """Return the pose of a frame at the drawn time, or None if the pose is unknown."""
         if frame not in self._poses:
-            # If the transforms have stopped, the latest pose is shown.
+            # If no new transforms arrive, the latest pose is shown.
             self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)
         return self._poses[frame]
 

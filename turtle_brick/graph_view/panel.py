@@ -201,7 +201,7 @@ class Panel:
             self._execute('drive', *point)
 
     def _is_edited(self) -> bool:
-        """Return whether a user has changed the suggested position."""
+        """Return whether a user has changed the suggested brick position in the panel."""
         try:
             return parse_position(self.position.value) != self._suggestion
         except ValueError:

@@ -229,7 +229,7 @@ class Viewer(Node):
         """Call a service with an optional position (m), and show the response."""
         def on_response(future: Future) -> None:
             response = future.result()
-            # In other workspaces, the type of the response can be empty.
+            # In other workspaces, the response may have no fields.
             is_success = getattr(response, 'success', True)
             self._show_response(f'{name}: {getattr(response, "message", "done")}', is_success)
             if is_success:

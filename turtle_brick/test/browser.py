@@ -29,7 +29,7 @@ NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable'
 """Possible names of the executable."""
 
 TIMEOUT = 300.0
-"""Timeout (s) for each action. Without a graphics card, Chromium draws slowly."""
+"""Timeout (s) for each action. Without a graphics card, Chromium renders pages slowly."""
 
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',

@@ -152,7 +152,7 @@ class Scene(Graph):
         self.spin_for(self.known_at - monotonic())
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete() and self.client.is_at_rest()
-                        and 'waiting for a fall' in self.processes['catcher'].output
+                        and 'Waiting for the brick' in self.processes['catcher'].output
                         and self.brick_state in ('hovering', 'floating', 'grounded'),
                         'the graph is complete, the robot is at rest, and it carries no brick')
 

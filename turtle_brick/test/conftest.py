@@ -23,7 +23,6 @@ import signal
 import tempfile
 from typing import Any
 
-from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 from graph_client.domains import reserved_domain
 import pytest
 
@@ -31,7 +30,8 @@ _session = contextlib.ExitStack()
 
 HERE = Path(__file__).parent
 
-OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'psutil', 'rich', 'tqdm')
+OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'numpy', 'psutil', 'rich', 'tqdm',
+            'xacro')
 """Modules that may be missing. Test files that import a missing module are excluded."""
 
 
@@ -48,7 +48,7 @@ def excluded_files() -> dict[str, list[str]]:
             runpy.run_path(str(file))
         except pytest.skip.Exception:
             pass
-        except ModuleNotFoundError as error:
+        except ImportError as error:
             if error.name in missing:
                 excluded.setdefault(f'{error.name} is not installed', []).append(
                     str(file.relative_to(HERE)))
@@ -56,7 +56,8 @@ def excluded_files() -> dict[str, list[str]]:
 
 
 def is_standin(package: str) -> bool:
-    with contextlib.suppress(PackageNotFoundError):
+    with contextlib.suppress(ModuleNotFoundError, LookupError):
+        from ament_index_python.packages import get_package_share_directory
         manifest = Path(get_package_share_directory(package), 'package.xml')
         return '<description>Stands in for' in manifest.read_text()
     return False

@@ -143,7 +143,7 @@ def drop_bricks(options: argparse.Namespace) -> int:
             for topic in ('catcher_decision', 'catcher_state', 'brick_state'))
         # The catcher may discover the robot later than this client.
         graph.spin_until(lambda: client.is_complete() and any(
-            'waiting for a fall' in line.message.msg for line in log), TIMEOUT,
+            'Waiting for the brick' in line.message.msg for line in log), TIMEOUT,
                          'robot, arena and catcher are running')
         while outcomes.total() < options.drops:
             graph.spin_until(lambda: latest(catcher_states) == 'waiting', TIMEOUT,

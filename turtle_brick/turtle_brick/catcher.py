@@ -190,7 +190,7 @@ class CatcherNode(Node):
             self.get_logger().info(f'Waiting for {" and ".join(missing)}', once=True)
         else:
             self.is_complete = True
-            self.get_logger().info('Found the robot and the brick, waiting for a fall')
+            self.get_logger().info('Found the robot and the brick. Waiting for the brick to fall')
 
 
 def main(args: list[str] | None = None) -> None:

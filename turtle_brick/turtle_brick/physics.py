@@ -46,7 +46,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Maximum distance (m) below its resting height from which a brick can still land."""
+"""Distance (m) by which a brick that lands may already be below its resting height."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal of a platform that supports a brick."""
@@ -198,7 +198,8 @@ class World:
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
         if self._phase is Phase.RIDING:
-            raise ValueError('the brick is on the platform, so tilt it or place the brick')
+            raise ValueError('the brick is on the platform, so tilt the platform or place the '
+                             'brick elsewhere')
         if self._phase is Phase.GROUNDED:
             raise ValueError('the brick is on the ground, so place it first')
         self._phase = Phase.FALLING

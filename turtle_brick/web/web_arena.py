@@ -63,10 +63,13 @@ class WebArena:
         self.form: dict[str, str] = {}
         self.placed = tuple(self.defaults['brick_start'])
         self.start(Parameters.from_mapping(self.defaults), (ARENA_CENTER, ARENA_CENTER, 0.0))
-        lowest, tilt = resting_height(self.parameters), PARAMETER_RULES['tilt_angle'].upper
+        # A browser rounds the limits of a slider, so limits with more digits would be refused.
+        width = math.floor(100.0 * ARENA_SIZE) / 100.0
+        lowest = math.ceil(100.0 * resting_height(self.parameters)) / 100.0
+        tilt = PARAMETER_RULES['tilt_angle'].upper
         self.rules = {
-            'x': ParameterRule('x of the brick', 'm', 0.0, ARENA_SIZE),
-            'y': ParameterRule('y of the brick', 'm', 0.0, ARENA_SIZE),
+            'x': ParameterRule('x of the brick', 'm', 0.0, width),
+            'y': ParameterRule('y of the brick', 'm', 0.0, width),
             'z': ParameterRule('Height of the brick', 'm', lowest, MAX_HEIGHT),
             'tilt': ParameterRule('Angle of the platform', 'rad', -tilt, tilt)}
         for name in ADJUSTABLE:

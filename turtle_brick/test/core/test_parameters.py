@@ -16,6 +16,7 @@
 
 from dataclasses import asdict, fields, replace
 import math
+from pathlib import Path
 import subprocess
 import sys
 
@@ -135,7 +136,7 @@ def test_pure_modules_import_neither_ros_nor_yaml():
     subprocess.run([sys.executable, '-c', """import sys
 sys.modules['rclpy'] = sys.modules['yaml'] = None
 import turtle_brick.physics, turtle_brick.core.catch_logic, turtle_brick.core.odometry"""],
-                   check=True)
+                   check=True, cwd=Path(__file__).parents[2])
 
 
 @law(60)

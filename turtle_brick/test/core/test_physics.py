@@ -171,5 +171,5 @@ def test_release_is_refused_while_the_brick_falls_rides_or_lies_on_the_ground():
         world.release()
     world.drop()
     assert (world.brick, world.phase) == ((5.0, 5.0, 0.06), Phase.GROUNDED)
-    with pytest.raises(ValueError, match='^the brick is on the platform, so tilt it '):
+    with pytest.raises(ValueError, match='^the brick is on the platform, so tilt the platform '):
         riding().release()

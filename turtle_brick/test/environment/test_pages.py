@@ -161,7 +161,7 @@ def check_command(command, domain, directory):
 def arena(directory):
     """Start an arena in a ROS domain. Check that SIGINT stops the arena without a traceback."""
     with reserved_domain() as domain, started(ARENA, domain, directory) as process:
-        process.wait_for_output('waiting for a fall', TIMEOUT)
+        process.wait_for_output('Waiting for the brick', TIMEOUT)
         deadline, listed = monotonic() + TIMEOUT, ''
         while not {'/arena', '/catcher', '/catcher_state', '/odom', '/tf'} <= set(listed.split()):
             assert monotonic() < deadline, listed

@@ -218,7 +218,7 @@ def test_turtle_arena_meets_every_requirement(domain_id):
     path = SHARE / 'launch' / 'turtle_arena.launch.py'
     command = f'{path} view:=none namespace:=judged sigterm_timeout:=120'
     with process([sys.executable, '-c', LAUNCH, command], domain_id, stop=None) as launching:
-        launching.wait_for_output('waiting for a fall', TIMEOUT)
+        launching.wait_for_output('Waiting for the brick', TIMEOUT)
         with Graph(domain_id, namespace='judged', quiet=True, tf_inside=True) as judging:
             record = observe(judging, timeout=TIMEOUT, program=PROGRAM)
             names = {name for name, _ in (*judging.nodes[0].get_topic_names_and_types(),

@@ -34,7 +34,7 @@ from turtle_referee.trial import FAR_OUT, Program, Trial
 from turtlesim.srv import TeleportRelative
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
-"""Options of Trial that shorten the trial of an incomplete graph."""
+"""Options for Trial that make the trial of an incomplete graph shorter."""
 
 
 def test_nodes_that_die_are_judged(domain_id):

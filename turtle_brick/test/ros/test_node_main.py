@@ -82,7 +82,7 @@ def end_of(program):
 
 
 def processor_usage(program):
-    """Return the average number of cores that a running program uses in 0.5 s."""
+    """Return the number of CPU cores that a running program uses, averaged over 0.5 s."""
     process = psutil.Process(program.pid)
     begin, used = monotonic(), sum(process.cpu_times()[:2])
     with pytest.raises(subprocess.TimeoutExpired):

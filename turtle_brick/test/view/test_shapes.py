@@ -66,7 +66,7 @@ def test_shapes_are_read_from_the_robot_description():
 
 
 def test_material_colors_are_those_of_urdfdom():
-    """The first material with a given name is used. An unnamed material ends a link's visuals."""
+    """A link has no visuals after an unnamed material. The first material of each name is used."""
     def visual(attributes, blue):
         return (f'<visual><geometry><sphere radius="1"/></geometry><material {attributes}>'
                 f'<color rgba="0 0 {blue} 1"/></material></visual>')

@@ -146,8 +146,9 @@ def test_an_invalid_address_is_refused_and_the_sliders_have_only_valid_values(pa
     assert page.evaluate('error.innerText') == (
         'max_velocity is -5.0, but must be a number from 0.01 to 10 m/s')
     assert page.evaluate('form.max_velocity.value') == '3'
-    fill_in(page, 'platform_radius', 8.0)
-    assert page.evaluate('error.innerText') == ''
+    for name, value in {'x': 99.0, 'y': 99.0, 'z': -99.0, 'platform_radius': 8.0}.items():
+        fill_in(page, name, value)
+        assert page.evaluate('error.innerText') == ''
     assert page.evaluate('arena.parameters.platform_radius') == pytest.approx(1.094, abs=0.01)
     fill_in(page, 'platform_radius', 0.5)
 

@@ -239,7 +239,7 @@ class Simulation:
                 self._to_robot.append((now + self._transport, action))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
-        """Add normally distributed jitter to a time (ns), but return a time after self.now."""
+        """Return a time (ns) with normally distributed jitter, but always later than self.now."""
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)

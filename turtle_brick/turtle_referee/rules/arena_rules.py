@@ -344,7 +344,7 @@ rule('fall: platform', 'If the brick hits the platform … it stops falling',
 
 
 def catches(record: Record) -> list[DropWatch]:
-    """Return all drops in which the brick landed on the platform, or raise Open if none did."""
+    """Return the drops that ended on the platform, or raise Open if there are none."""
     return require_data([drop for drop in dropped(record) if drop.caught],
                         'no brick has landed on the platform')
 

@@ -150,7 +150,7 @@ class Rules(list[Rule]):
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
     def causes(self, failed: Mapping[str, str]) -> dict[str, list[str]]:
-        """Map each failed requirement to the failed requirements that may have caused it."""
+        """Map each failed requirement to the other failures that may have caused its failure."""
         above = {name: self.all_dependencies(name) for name in failed}
         roots = [name for name in failed if not above[name] & failed.keys()]
         # If several rules report the same fault, only the first rule counts as the cause.

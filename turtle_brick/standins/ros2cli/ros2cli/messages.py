@@ -203,8 +203,10 @@ def topic_pub(args):
         return 'The passed value needs to be a dictionary in YAML format'
     times, wanted = 1 if args.once else args.times, args.wait_matching_subscriptions
     wanted = int(times > 0) if wanted is None else wanted
-    with open_graph(lambda _: True, args.node_name) as graph:
+    with open_graph(name=args.node_name) as graph:
         publisher = graph.create_publisher(kind, args.topic_name, qos_profile(args))
+        graph.spin_until(lambda: publisher.get_subscription_count() >= graph.count_subscribers(
+            args.topic_name), 1.0)
         while publisher.get_subscription_count() < wanted:
             print(f'Waiting for at least {wanted} matching subscription(s)...')
             graph.spin_until(lambda: publisher.get_subscription_count() >= wanted, 1.0)

@@ -37,7 +37,7 @@ class SentCommand(NamedTuple):
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """Return the commands sent to a full queue at 100 Hz, with the first tick at `phase` (s)."""
+    """Return the commands sent to a full queue at 100 Hz if turtlesim starts at `phase` (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []

@@ -42,7 +42,7 @@ WORST_DELAYS = (
     ('next transform of the robot', COMMAND_PERIOD),
     ('next physics step', DT),
 )
-"""Maximum successive delays (s) from the release of a brick to the robot's first motion."""
+"""Upper bounds (s) of the successive delays from the release of a brick to the first motion."""
 
 
 def guaranteed_latency(parameters: Parameters) -> float:

@@ -78,7 +78,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the three candidates for the distance rolled by the wheel."""
+    """Plot the three possible definitions of the distance that the wheel rolls."""
     time, commanded, pose_distance, rolled = np.array(roll(parameters)).T
     with new_figure(path, 7.6, 3.8) as figure:
         lengths = figure.subplots()
