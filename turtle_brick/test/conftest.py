@@ -30,8 +30,8 @@ _session = contextlib.ExitStack()
 
 HERE = Path(__file__).parent
 
-OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'numpy', 'psutil', 'rich', 'tqdm',
-            'xacro')
+OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'numpy', 'psutil', 'rich',
+            'tqdm', 'xacro')
 """Modules that may be missing. Test files that import a missing module are excluded."""
 
 
