@@ -34,7 +34,7 @@ TIMEOUT = 300.0
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
     '--remote-debugging-port=0',
-    # Without a graphics card, these options use the slow SwiftShader only for WebGL.
+    # Without a graphics card, Chromium then uses the slow SwiftShader only for WebGL.
     '--disable-gpu', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 FEW_FRAMES = """

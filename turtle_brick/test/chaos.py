@@ -19,7 +19,7 @@ Test whether the graph recovers from killed nodes, frozen nodes and random messa
     python3 turtle_brick/test/chaos.py messages [COUNT]   random messages on topics and services
 
 The graph must recover by itself after each fault and after every thousand messages. Then the
-robot must catch a nearby brick and tip it off at the center. The program stops after a failure.
+robot must catch a nearby brick and tip it off at the arena's center. A failure ends the program.
 """
 
 from collections.abc import Callable, Iterable
@@ -52,7 +52,7 @@ WINDOW = 10.0
 """Time (s) after a fault during which the catcher may refuse bricks that are easy to catch."""
 
 TIMEOUT = 300.0
-"""Timeout (s) for all events on an overloaded machine."""
+"""Timeout (s) for each event, sufficient even on an overloaded machine."""
 
 NODES = {
     'turtlesim': ('turtlesim', 'turtlesim_node', '-p', 'holonomic:=true'),
@@ -89,8 +89,8 @@ START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
 the process. DDS repeats the announcement after 3 s, or 0.3 s with the project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
-"""Height (m) of easily caught bricks, their maximum distance (m) from the robot, and height (m) of
-unreachable bricks. Even on a busy machine, the catcher detects falls from these heights."""
+"""Height (m) of bricks that are easy to catch, their maximum distance (m) from the robot, and
+height (m) of unreachable bricks. Even on a busy machine, the catcher detects these falls."""
 
 BATCH, PERIOD = 1000, 0.005
 """Number of random messages before each required catch, and time (s) between messages."""
@@ -178,7 +178,7 @@ class Scene(Graph):
         Drop bricks that are easy to catch until one of them reaches a given stage.
 
         For up to WINDOW (s) after a fault, the catcher may refuse bricks. While this machine is
-        overloaded, the robot may also miss bricks. The robot must catch any other brick.
+        overloaded, the robot may also miss bricks. Otherwise, the robot must catch each brick.
         """
         begin = monotonic()
         window_end, deadline = begin + WINDOW, begin + TIMEOUT
@@ -195,14 +195,14 @@ class Scene(Graph):
         raise TimeoutError('the robot catches no brick on the overloaded machine')
 
     def check_catch(self) -> None:
-        """Check that the robot catches a nearby brick and tips it off at the center."""
+        """Check that the robot catches a nearby brick and tips it off at the arena's center."""
         watch = self.drop_easy_brick('carrying')
         self.wait_until(lambda: watch.floated, 'the brick slides off')
         assert self.client.distance_to(CENTER) < 0.05, 'the brick is not tipped off at the center'
         self.wait_until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
-        """Wait for a given stage. If the stage requires a brick, first place or drop a brick."""
+        """Wait for a given stage of a drop, after placing or dropping a brick if necessary."""
         if stage == 'hovering':
             self.place(self.easy_position())
         elif stage == 'unreachable':

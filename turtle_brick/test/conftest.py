@@ -93,7 +93,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_keyboard_interrupt() -> None:
-    """Forward Ctrl-C to pytest's workers, because the terminal does not signal other sessions."""
+    """Send SIGINT to pytest's workers after Ctrl-C, because each worker has its own session."""
     if 'PYTEST_XDIST_WORKER' not in os.environ and find_spec('psutil') is not None:
         import psutil
         for worker in psutil.Process().children():
@@ -129,7 +129,7 @@ def live(domain_id: int) -> Iterator[Any]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first and then the slowest files, so that all workers finish together."""
+    """Run the linters first and then the slowest files to keep all workers busy until the end."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
             return -1  # flake8 forks, but a fork is unsafe while DDS threads are running.

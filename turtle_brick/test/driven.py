@@ -58,7 +58,7 @@ class SteppedGraph:
     """The arena and a catcher. The test calls all callbacks, so no message is late or lost."""
 
     def __init__(self, live: LiveGraph, *node_types: type[CatcherNode]) -> None:
-        """Create the arena, a catcher if its type is given, and a level platform at (5, 5)."""
+        """Create an arena, nodes of the given types, and a level platform at (5, 5)."""
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)

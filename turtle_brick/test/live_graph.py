@@ -60,7 +60,7 @@ MAX_PAUSE = 0.015
 have skipped calls."""
 
 CALM_TIMEOUT = 5.0
-"""Maximum time (s) to wait until the machine is calm."""
+"""Time (s) after which LiveGraph.rates() no longer repeats an interrupted measurement."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
 """A short referee program that includes each kind of request. Even on a busy machine, the robot
@@ -190,14 +190,14 @@ def add_nodes(graph: Graph) -> dict[str, Any]:
 
 
 def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **options: Any) -> Record:
-    """Run a referee trial on a graph, pass the options to Trial, and return the record."""
+    """Run a Trial of the referee with the given options on a graph, and return the record."""
     observer = graph.add(Observer, parameters=False, profile=Profile.from_parameters(load()))
     Trial(graph, observer, log, **options).run()
     return observer.record
 
 
 def results(record: Record) -> dict[str, dict[str, str]]:
-    """Judge a record, and return the name and result of each requirement, grouped by mark."""
+    """Judge a record, and return the measured results, keyed by mark and requirement."""
     found: dict[str, dict[str, str]] = {FAILED: {}, OPEN: {}, MET: {}}
     for one in RULES.judge(record):
         found[one.mark][one.name] = one.measured
@@ -216,7 +216,7 @@ class NodeProcess(Process):
 def process(command: Sequence[str], domain_id: int, *, stop: int | None = signal.SIGINT,
             timeout: float = TIMEOUT) -> Iterator[NodeProcess]:
     """
-    Run a program with its arguments and check that it exits with status 0.
+    Run a command and check that its process exits with status 0.
 
     :param stop: signal that stops the program, or None to kill it without checking its status
     :param timeout: time (s) within which the program must exit after the signal

@@ -97,7 +97,7 @@ class Command:
     """A running command in its own process group, as if started by a shell."""
 
     def __init__(self, words, environment, stdin=None, directory='/', forked=False):
-        """Start the command, in a forked process if requested, with a string as standard input."""
+        """Start the command, optionally in a forked process, with the standard input `stdin`."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
         stdin_pipe, stdout_pipe, stderr_pipe = (FORKS.Pipe(duplex=False) for _ in range(3))
@@ -146,7 +146,7 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether the output has a match for a pattern, or n matches for [pattern, n]."""
+        """Return whether the output contains a match for a pattern, or n for [pattern, n]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 

@@ -37,7 +37,7 @@ TIMEOUT = 120.0
 
 @pytest.mark.launch_test
 def generate_test_description():
-    """Launch a robot that is so slow that it drives until the end of the test."""
+    """Launch a robot that is too slow to reach its goal during the test."""
     parameters = PathJoinSubstitution([FindPackageShare('turtle_brick'), 'config', 'turtle.yaml'])
     return LaunchDescription([
         Node(package='turtlesim', executable='turtlesim_node', parameters=[{'holonomic': True}],
@@ -78,7 +78,7 @@ class TestCmdVel(unittest.TestCase):
         self.goal_publisher.publish(goal)
 
     def measure_rate(self, state):
-        """Return the median rate (Hz) of the next commands of a robot that is idle or driving."""
+        """Return the median rate (Hz) of the next commands in the state 'idle' or 'driving'."""
         times, deadline = self.times[state], time.monotonic() + TIMEOUT
         times.clear()
         while len(times) <= COUNT:
@@ -87,7 +87,7 @@ class TestCmdVel(unittest.TestCase):
         return 1e9 / median(end - start for start, end in pairwise(times))
 
     def test_commands_have_100_hz(self):
-        """A robot without a goal publishes commands of 0 at the same rate."""
+        """A robot without a goal publishes zero velocities at the rate of a driving robot."""
         self.assertAlmostEqual(self.measure_rate('idle'), 100.0, delta=5.0)
         self.node.create_timer(0.2, self.send_goal)
         self.assertAlmostEqual(self.measure_rate('driving'), 100.0, delta=5.0)

@@ -86,7 +86,7 @@ def test_brick_that_passes_the_platform_has_not_landed(tracker):
 
 @pytest.mark.parametrize('x', (5.0, 7.0))
 def test_brick_placed_at_its_resting_height_has_not_landed(tracker, x):
-    """The brick is placed at its resting height before a fall could have taken it there."""
+    """A falling brick is placed at its resting height before it could have fallen that far."""
     rest(tracker, drop(tracker, 1.0, 6.0, 5.0), (x, 5.0, REST_Z))
     assert tracker.fall is None and not tracker.has_landed
 
@@ -118,7 +118,7 @@ class DetectorBench:
         self.fall_count = 0
 
     def observe(self, x, y, z):
-        """Observe a position (m) twice, advance the time, and return whether a fall begins."""
+        """Pass a position (m) to the detector twice, and return whether it reports a new fall."""
         before = self.detector.fall
         self.detector.observe(self.now, (x, y, z))
         fall = self.detector.fall
@@ -200,7 +200,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """A slide is most similar to a fall at the maximum tilt_angle of 1.5 rad."""
+    """At 1.5 rad, the maximum tilt_angle, the motion of a sliding brick is most like a fall."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now

@@ -35,7 +35,7 @@ from turtle_brick.physics import Phase, STEP_NS, World
 
 
 ROBOT_LOST = {'is_beside_platform': True}
-"""Fields of an Observation while the robot is unavailable."""
+"""Observation fields that differ from their defaults while the robot is unavailable."""
 
 TABLE = [
     # state, observed values, next state
@@ -101,7 +101,7 @@ class CatchBench:
 
     @property
     def platform(self):
-        """Return the platform of the robot, or None while the robot is not visible."""
+        """Return the platform of the robot, or None while the robot is unavailable."""
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
         pose = Pose((*self.robot, hinge), from_pitch(self.angle))
         return Platform(pose) if self.visible else None
@@ -197,7 +197,7 @@ def test_bricks_are_caught_carried_to_the_center_and_tipped_off():
 def test_platform_is_tilted_and_leveled_smoothly():
     bench = bench_in(State.TILTING, 0.0)
     bench.actions.clear()
-    bench.now += 3_000_000  # The ramp ends between two updates of the catcher.
+    bench.now += 3_000_000  # The tilt ramp ends between two updates of the catcher.
     bench.reach_state(State.WAITING)
     times, angles = zip(*((time, action.angle) for time, action in bench.actions))
     top = angles.index(PARAMETERS.tilt_angle)
@@ -274,7 +274,7 @@ def test_brick_at_rest_on_the_tilted_platform_has_not_left_it_before_the_timeout
 
 
 def test_brick_far_behind_the_robot_is_still_carried():
-    """The brick pose lags behind the robot while a busy arena uses an old platform transform."""
+    """If a busy arena uses old platform transforms, the brick pose lags behind the robot pose."""
     bench = CatchBench()
     bench.drop(8.5, 8.0, 14.0)
     bench.reach_state(State.CARRYING)
@@ -288,7 +288,7 @@ def test_brick_far_behind_the_robot_is_still_carried():
 @any_state
 @pytest.mark.parametrize('place', [(9.0, 9.0, REST_Z), (6.0, 6.0, REST_Z + 0.1), None])
 def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
-    """The catcher levels the platform, waits, and catches the next brick."""
+    """The catcher levels the platform, waits for the next brick and catches it."""
     bench = bench_in(state)
     if place:
         bench.world.brick = place
@@ -338,7 +338,7 @@ def test_goal_is_published_again_if_it_is_lost_or_overridden():
 @law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_goals_are_inside_the_arena(angle, time, speed):
-    """If the brick is moved during the approach, the catcher sends a goal near the robot."""
+    """If the brick is moved during the approach, a new goal near the robot ends the drive."""
     bench = CatchBench(replace(PARAMETERS, max_velocity=speed))
     bench.drop(*within_arena(CENTER[0] + 8.0 * cos(angle), CENTER[1] + 8.0 * sin(angle)), 2000.0)
     bench.run(0.1 + time)

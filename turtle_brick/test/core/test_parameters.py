@@ -106,7 +106,7 @@ def test_missing_and_misspelled_parameters_are_reported():
 ])
 def test_error_in_a_file_is_reported_with_its_path(
         tmp_path, monkeypatch, capsys, before, after, words):
-    """The command-line program prints the message of the exception and exits with status 1."""
+    """For an invalid file, parameters.main() prints the error message and returns status 1."""
     path = written(tmp_path, default_path().read_text())
     assert load(path) == load(str(path)) == load()
     monkeypatch.setattr(sys, 'argv', ['parameters', str(path)])
@@ -132,7 +132,7 @@ def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
 
 
 def test_pure_modules_import_neither_ros_nor_yaml():
-    """The web page runs the pure modules without ROS or PyYAML."""
+    """The website imports physics, core.catch_logic and core.odometry without ROS and PyYAML."""
     subprocess.run([sys.executable, '-c', """import sys
 sys.modules['rclpy'] = sys.modules['yaml'] = None
 import turtle_brick.physics, turtle_brick.core.catch_logic, turtle_brick.core.odometry"""],

@@ -58,7 +58,7 @@ def on_platform(place, *where):
 
 
 def turning_gap(quaternion, yaw, tilt, right):
-    """Return the orientation error of a brick turned clockwise on a platform by `right` (rad)."""
+    """Return the orientation error of a brick on a platform, turned clockwise by `right` (rad)."""
     expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
     return gap(frame((0.0, 0.0, 0.0), quaternion).axes, expected)
 
@@ -116,7 +116,7 @@ def test_platform_has_a_level_tolerance(tilt, is_level):
        comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', 0.002, pi)) | tilts)
 def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
         place, yaw, height, radius, gravity, dt, late, comes, away):
-    """The platform may be elsewhere or tilted before or after the step in which a brick lands."""
+    """The platform moves, tilts, appears or disappears around the time of the landing."""
     crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
     after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
     assume(before < height - 1e-6 and height + 1e-6 < after)
@@ -178,7 +178,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
 @law(10)
 @given(roll=tilts)
 def test_slide_on_a_platform_with_roll(roll):
-    """The platform frame of another robot model may have a nonzero roll angle."""
+    """In other robot models, the platform frame may have a nonzero roll angle."""
     world, leaning = riding(), Frame((0.0, 0.0, HINGE), turn((1.0, 0.0, 0.0), roll))
     world.platform = Platform(Pose((0.0, 0.0, HINGE), (sin(roll / 2), 0.0, 0.0, cos(roll / 2))))
     for step in range(1, 6):

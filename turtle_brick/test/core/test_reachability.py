@@ -44,9 +44,9 @@ def test_brick_is_reachable_if_the_robot_has_enough_time():
 
 
 def test_time_needed_by_a_robot():
-    """A moving robot needs more time because it may first drive away from the point."""
+    """A moving robot needs more time because it may first drive away from the goal."""
     point = (8.0, 5.0)
-    drive = 2.5 / 3.0  # The platform radius of 0.5 m shortens the drive of 3 m.
+    drive = 2.5 / 3.0  # The distance is 3 m minus the platform radius of 0.5 m.
     assert time_needed(point, RobotState(5.0, 5.0), PARAMETERS) == pytest.approx(LATENCY + drive)
     assert time_needed(point, RobotState(5.0, 5.0, is_at_rest=False), PARAMETERS) == (
         pytest.approx(2 * LATENCY + drive))
@@ -125,7 +125,7 @@ def test_decision_follows_the_formula_and_keeps_the_guarantee(
 
 
 def test_braking_loss_is_the_time_that_the_exponential_approach_adds():
-    """During braking, the distance to the goal decreases by a factor of e in each BRAKING_TIME."""
+    """While the robot brakes, each BRAKING_TIME divides its distance to the goal by e."""
     radius = BRAKING_TIME * 3.0 / e
     assert braking_loss(e * radius, 3.0) == 0.0
     assert braking_loss(radius, 3.0) == pytest.approx(BRAKING_TIME / e)

@@ -30,7 +30,7 @@ def observe(tracker, time, x=5.0, tilt=0.0):
 
 
 def resting_tracker():
-    """Return a RobotTracker that has observed a robot at rest from 1 s to 2 s."""
+    """Return a RobotTracker that has observed a robot at the same position at 1 s and 2 s."""
     tracker = RobotTracker(LATENCY)
     for time in (1.0, 2.0):
         observe(tracker, time)
@@ -87,7 +87,7 @@ def test_platform_is_level_without_an_inclination_and_recent_tilt_commands():
     (0.19, 0.2, 5.01, 0.0)],
     ids=('late', 'observed late', 'barely late', 'near goal'))
 def test_response_time_of_a_late_robot_is_measured(still, moved, goal, measured):
-    """If a transform after the command latency still shows a robot at rest, the robot is late."""
+    """A robot is late only if it is observed at rest after the command latency has elapsed."""
     tracker = resting_tracker()
     tracker.record_goal(seconds(2.0), (goal, 5.0))
     observe(tracker, 2.0 + still)

@@ -40,7 +40,7 @@ ARRIVAL_JITTER = 0.004
 
 
 def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
-    """A teleport beyond the upper wall ends at the wall, but leaves `clamped` at None."""
+    """A teleport beyond the upper wall ends at this wall, but does not set `clamped`."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
     turtle.command(1.0, -2.0, 0.0)
     assert turtle.tick(0.0).linear_velocity == float32(hypot(1.0, 2.0))
@@ -70,7 +70,7 @@ def test_invalid_numbers_do_not_end_the_simulation() -> None:
 
 
 class Call(NamedTuple):
-    """A recorded service call, or the recorded poses of all turtles at a given time (s)."""
+    """A recorded service call, or the recorded poses of two turtles at a given time (s)."""
 
     begin: float
     end: float
@@ -109,7 +109,7 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
 
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
-    """At least one order of arrivals and ticks reproduces every recorded pose bit for bit."""
+    """At least one order of commands, calls and ticks reproduces each recorded pose exactly."""
     recording = json.loads(path.read_text())
     commands = recording['commands']['rows']
     published = [command[0] for command in commands]

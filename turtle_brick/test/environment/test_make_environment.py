@@ -32,7 +32,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 
 @pytest.fixture
 def top(tmp_path):
-    """Return the path of a workspace with two packages, two stand-ins and the real scripts."""
+    """Return a workspace path with two packages, two stand-in packages and the real scripts."""
     root = tmp_path / 'workspace'
     for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_msgs',
                  'turtle_brick/standins/tf2_ros'):
@@ -100,7 +100,7 @@ echo "$selected" >>built
 for name in $selected; do mkdir -p "${all##* }/$name"; done
 if [ -e broken ]; then echo 'error: it is broken'; exit 1; fi
 """
-"""Replacement for colcon that logs the selected packages and fails if a file `broken` exists."""
+"""Replacement for colcon that logs the selected packages and fails if the file `broken` exists."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
 
@@ -223,7 +223,7 @@ def test_a_missing_program_is_named(program, tmp_path, monkeypatch):
     ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
     ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
 def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
-    """The path with 'C++' is accepted, and only the machine type is rejected."""
+    """The path with 'C++' is accepted, so the error message is about the machine type."""
     monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
     assert words in refusal(load(top.rename(top.with_name(name))))
 

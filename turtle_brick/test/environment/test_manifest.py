@@ -28,7 +28,7 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""Rosdep keys that differ from the names of the imported modules."""
+"""Rosdep keys that differ from the names of the imported modules, keyed by module name."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 """Packages required by `ros2 launch` and XML launch files, but not imported by any module."""
@@ -71,13 +71,13 @@ def imports_of(path):
 
 
 def imports(*patterns):
-    """Return the full names of all modules imported by files that match the patterns."""
+    """Return the full names of all modules imported by files that match glob patterns."""
     paths = (path for pattern in patterns for path in PACKAGE.glob(pattern))
     return set().union(*(imports_of(path) for path in paths if 'workspaces' not in path.parts))
 
 
 def imported_packages(*patterns):
-    """Return the rosdep keys of external modules imported by files that match the patterns."""
+    """Return the rosdep keys of external modules imported by files that match glob patterns."""
     modules = {name.partition('.')[0] for name in imports(*patterns)}
     own = {*PACKAGES, *(file.stem for file in PACKAGE.glob('test/**/*.py'))}
     return {KEYS.get(name, name)

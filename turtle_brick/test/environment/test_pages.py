@@ -195,7 +195,7 @@ def outcomes(tmp_path_factory):
         with arena(tmp_path_factory.mktemp('arena')) as domain, \
                 ThreadPoolExecutor(1) as in_order, ThreadPoolExecutor(20) as several:
             for command in talking:
-                # Only one command at a time may use the brick.
+                # Only one command at a time may place or drop the brick.
                 pool = in_order if re.search('/place|/drop|own_node', command) else several
                 futures[command] = pool.submit(check, domain, command)
 

@@ -40,7 +40,7 @@ def bench(live):
 
 
 def stamps_of_each_step(transforms):
-    """Return the timestamps (ns) of transforms, and check that no physics step is missing."""
+    """Check that there is one transform for each physics step, and return the timestamps (ns)."""
     stamps = [nanoseconds_of(transform.header.stamp) for transform in transforms]
     assert stamps == [stamps[0] + number * STEP_NS for number in range(len(stamps))]
     return stamps
@@ -59,7 +59,7 @@ def test_250_transforms_per_second(live):
 
 
 def test_fall_by_its_stamps(bench):
-    """Each transform matches the fall parabola at its time. A delayed arena never skips a step."""
+    """Each transform matches the fall at its timestamp. A late arena does not skip steps."""
     assert bench.place(3.0, 4.0, 9.0).success
     bench.bricks.clear()
     bench.run(0.1)
@@ -85,7 +85,7 @@ def test_fall_by_its_stamps(bench):
 
 
 def test_place_and_drop_refuse_invalid_requests(bench):
-    """The response contains the reason for the refusal, and the brick does not move."""
+    """The response contains the reason for a refusal. The brick does not move."""
     refusals = [(bench.place(*location), why) for location, why in (
         ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'), ((-1e19, 1.0, 1.0), '-1e+19'))]
     assert bench.world.brick == PARAMETERS.brick_start
@@ -121,7 +121,7 @@ def test_brick_rides_with_a_moving_platform(bench):
 
 
 def test_markers_and_inclination(bench):
-    """Late joiners receive all markers and the state. The brick tilts with the platform."""
+    """Late joiners receive all markers and the brick state. The brick tilts with the platform."""
     bench.platform = (5.0, 5.0, 2.0, 0.5)
     bench.tick()
     turn = bench.bricks[-1].transform.rotation
@@ -156,7 +156,7 @@ def test_markers_and_inclination(bench):
 
 @pytest.mark.parametrize('jump', (-5.0, 3.0))
 def test_clock_jump_is_reported(bench, capfd, jump):
-    """The fall continues. The warning contains the signed duration of the clock jump."""
+    """The fall continues. A warning reports the clock jump (s) with its sign."""
     assert bench.place(3.0, 4.0, 60.0).success and bench.drop().success
     bench.run(0.1)
     z = bench.world.brick[2]

@@ -33,7 +33,7 @@ from visualization_msgs.msg import Marker
 
 
 class Bench(SteppedGraph):
-    """A stepped graph with a catcher, and a robot that executes each goal after a delay (s)."""
+    """A SteppedGraph with a catcher and with a robot that starts each drive after a delay (s)."""
 
     def __init__(self, live, delay=0.0):
         self.delay = seconds(delay)

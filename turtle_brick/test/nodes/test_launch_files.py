@@ -55,7 +55,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 """
-"""Program that writes the Qt platform, its directory, its arguments and its parameters to a file.
+"""Program that writes the Qt platform, its working directory, arguments and parameters to a file.
 A Python program would need more processor time."""
 
 TOPICS = {
@@ -87,7 +87,7 @@ for number, command in enumerate(sys.argv[1:]):
         sys.exit(status)
 """
 """Program that runs launch files and replaces Python's SIGINT handler. With Python's handler, the
-real launch did not exit in 6 of 120 runs."""
+real launch packages did not exit in 6 of 120 runs."""
 
 CASES = {
     'show_turtle': {'robot_state_publisher', 'joint_state_publisher_gui', 'rviz2'},
@@ -214,7 +214,7 @@ def test_rviz_configuration_matches_the_published_topics(name):
 
 
 def test_turtle_arena_meets_every_requirement(domain_id):
-    """The referee judges the graph in a namespace. Then Ctrl-C stops all nodes."""
+    """The referee judges a graph that runs in a namespace. Then Ctrl-C stops all nodes."""
     path = SHARE / 'launch' / 'turtle_arena.launch.py'
     command = f'{path} view:=none namespace:=judged sigterm_timeout:=120'
     with process([sys.executable, '-c', LAUNCH, command], domain_id, stop=None) as launching:
@@ -231,7 +231,7 @@ def test_turtle_arena_meets_every_requirement(domain_id):
         '/parameter_events', '/rosout'}
     found = results(record)
     assert found[FAILED] == {}
-    # On an overloaded machine, only the rules for the URDF are sure to be judged.
+    # On an overloaded machine, only the rules for the URDF are certain to be judged.
     expected = {rule.name for rule in RULES
                 if not record.stall_summary() or rule.name.startswith('URDF')}
     assert expected <= found[MET].keys()

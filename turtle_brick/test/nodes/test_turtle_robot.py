@@ -38,7 +38,7 @@ def goal_at(x, y, frame='world'):
 
 @pytest.fixture
 def robot(live):
-    """Return a turtle_robot node that has received poses at (3, 4) and (8, 2)."""
+    """Return a turtle_robot node that has received turtle poses at (3, 4) and (8, 2)."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=3.0, y=4.0, theta=1.0))
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0, theta=-2.0))
@@ -47,19 +47,19 @@ def robot(live):
 
 @pytest.fixture
 def warned(capfd):
-    """Return a function that reads the new warnings from standard error."""
+    """Return a function that returns the warnings on standard error since its last call."""
     return lambda: [line for line in capfd.readouterr().err.splitlines() if '[WARN]' in line]
 
 
 def assert_100_hz(live, recordings):
-    """Check for rates of 100 Hz, or less if an overloaded machine skips timer calls."""
+    """Check that the rates are 100 Hz, or lower if an overloaded machine skips timer calls."""
     rates = live.rates(recordings, 100)
     assert max(rates) < 101.0
     assert not live.is_calm or rates == pytest.approx([100.0] * len(rates), rel=0.01)
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """An odometry message contains the latest command and the pose in the current transform."""
+    """An odometry message contains the latest velocity command and the pose of the transform."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)
@@ -130,7 +130,7 @@ def test_goals_in_each_frame(robot):
 
 
 def test_invalid_messages_are_ignored_with_a_warning(live, warned):
-    """Invalid messages do not change the state. A goal outside the arena is moved to the edge."""
+    """Invalid messages have no effect. A goal outside the arena is moved to the edge."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
     robot.on_tilt(Tilt(angle=0.5))

@@ -34,11 +34,11 @@ from turtle_referee.trial import FAR_OUT, Program, Trial
 from turtlesim.srv import TeleportRelative
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
-"""Options for Trial that make the trial of an incomplete graph shorter."""
+"""Options that shorten a Trial of an incomplete graph."""
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """A requirement fails if the node that must meet it exits before receiving a request."""
+    """A requirement fails if the responsible node exits before receiving a request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)
@@ -95,7 +95,7 @@ def test_unusual_names_and_types_are_recognized(domain_id):
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):
-    """From a graph in another namespace, the referee records only the TF frames."""
+    """The referee records only the TF frames of a graph in another namespace."""
     logged = []
     with Graph(domain_id, namespace='elsewhere', quiet=True) as graph:
         graph.add_turtlesim()

@@ -54,13 +54,13 @@ DIRECTION = numpy.array((0.8, 0.6))
 """Unit vector in the direction of the first drive."""
 
 LEG = 0.7
-"""Duration (s) of a 1.5 m drive, including the stop after it."""
+"""Duration (s) of a 1.5 m drive and of the following stop."""
 
 URDF = xacro.process_file(str(Path(__file__).parents[2] / 'urdf/turtle.urdf.xacro'),
                           mappings={'params_file': str(default_path())}).toxml()
 
 OFFSET = 0.1
-"""Distance (m) down the slope from the platform axis to the point where a brick lands."""
+"""Distance (m) in the downhill direction from the platform axis to the landing point."""
 
 FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
 """Starting positions (m) of a brick beside the robot and of a brick above its platform."""
@@ -238,7 +238,7 @@ def make_record(parts=PARTS, **off):
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
 BRICK_RULES = NAMES - ROBOT_RULES - {'rate: brick'}
-"""Names of all requirements, of those for a robot without a brick, and of the remaining
+"""Names of all requirements, of the requirements for a robot without a brick, and of all other
 requirements that allow a low message rate."""
 
 
@@ -247,13 +247,13 @@ def judge(record, *names):
 
 
 def shift(record, frame, seconds, way, axis=0):
-    """Shift a recorded frame by a given distance (m) for 0.03 s."""
+    """Shift a recorded frame by a distance (m) along an axis for 0.03 s after a given time (s)."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
         sample.pose.position[axis] += way
 
 
 def change(record, topic, seconds, field, way):
-    """Add a value to a field in the first message on a topic after the given time (s)."""
+    """Add a number to a field of the first message on a topic after a given time (s)."""
     message = record.messages(topic, at(seconds))[0].message
     *parts, last = field.split('.')
     for part in parts:
@@ -289,7 +289,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Set the time (s) from the release to the drop response, and delete `missing` transforms."""
+    """Set the drop response to `seconds` after the release, and delete `missing` transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
@@ -338,7 +338,7 @@ def turn_late(record, seconds):
 
 
 def change_verdict(record, refused, number, should_be_caught):
-    """Refuse or accept a brick 0.2 s after its release."""
+    """Make the catcher refuse or accept a brick 0.2 s after the release."""
     watch = record.drops[number]
     watch.should_be_caught, watch.goal = should_be_caught, at((2.7, 5.7)[number])
     watch.refusals = [watch.goal] if refused else []
@@ -468,7 +468,7 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""Each row contains a rule, a fault (CORRECT key or function), and allowed and failing values."""
+"""Each row contains a rule, a fault (CORRECT key or function), allowed values and wrong values."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
@@ -480,7 +480,7 @@ def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
 
 @pytest.mark.parametrize('rule, off, allowed, failed', FAULTS)
 def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, failed):
-    """All other failures are reported as consequences of the violated rule."""
+    """Failures of other rules are reported as consequences of the violated rule."""
     parts, others, rate = ((drive,), ROBOT_RULES, 100.0) if rule in ROBOT_RULES else (
         PARTS, BRICK_RULES, 10.0)
     for value in (*allowed, *failed):
@@ -583,7 +583,7 @@ def test_a_frame_is_interpolated_between_close_transforms():
 @pytest.mark.filterwarnings('ignore:invalid value')
 @pytest.mark.parametrize('odd', (nan, inf, 0.0))
 def test_nan_and_infinity_are_judged(odd):
-    """Invalid numbers neither stop the referee nor meet a requirement."""
+    """The referee continues despite invalid numbers, but does not accept them."""
     record = make_record()
     for frame in record.frames.values():
         for sample in frame.samples:

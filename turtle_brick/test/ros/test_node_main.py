@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Wait until a program exits. Return the status and the stderr lines except rcl errors."""
+    """Wait until a program exits. Return its status and its stderr lines except rcl errors."""
     _, errors = program.communicate(timeout=600)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]
@@ -94,7 +94,7 @@ def processor_usage(program):
     (signal.SIGINT, None, 'EventsExecutor'),
     (signal.SIGTERM, 'SingleThreadedExecutor()', 'SingleThreadedExecutor')])
 def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, executor, name):
-    """The node may still be starting during the first of up to ten measurements."""
+    """The first measurements of the processor usage may include the start of the node."""
     program = start(tick='self.timer.cancel()', executor=executor)
     assert program.stdout.readline() == f'up {name}\n'
     assert any(processor_usage(program) < 0.15 for _ in range(10))

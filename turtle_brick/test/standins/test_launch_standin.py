@@ -74,7 +74,7 @@ def environment(files, runs, monkeypatch):
 
 
 def normal(text, files, log_dir=None):
-    """Replace the variable parts of a string with the placeholders that the recordings use."""
+    """Replace variable parts of an output, such as paths, with the placeholders in recordings."""
     text = text.replace('\r\n', '\n')
     if log_dir:
         text = text.replace(str(log_dir), '$LOGDIR')
@@ -95,7 +95,7 @@ def xacro(*arguments):
 
 @pytest.fixture
 def starts(monkeypatch):
-    """Run `true` instead of each process, and return a list of the arguments to Popen()."""
+    """Run `true` instead of each launched process, and return a list of Popen() arguments."""
     found = []
 
     def start(command, **options):
@@ -162,7 +162,7 @@ def test_started_processes_match_recording(record, files, environment, starts, m
 
 
 def without_other_parsers(text):
-    """Remove errors from parsers that tried to read the launch file in a different format."""
+    """Remove the error messages of the parsers for other launch file formats."""
     return re.sub(
         r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.[xy]|'
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
@@ -170,7 +170,7 @@ def without_other_parsers(text):
 
 @pytest.mark.parametrize('record', recorded('errors', 'more') + recorded('cases'))
 def test_output_matches_recording(record, files, environment, tmp_path, monkeypatch):
-    """Each command, with or without small launch files, has the recorded output and status."""
+    """Each command has the recorded output and status. Some records contain launch files."""
     if 'files' in record:
         for name, text in record['files'].items():
             (tmp_path / name).write_text(text)
@@ -251,7 +251,7 @@ def test_missing_name_is_explained(package, name):
     ('launch.actions.declare_launch_argument', 'DeclareLaunchArgument'),
     ('launch_xml.launch_description_sources', 'XMLLaunchDescriptionSource')])
 def test_modules_of_the_real_packages_exist(module, name):
-    """A name is available after importing its module, its package, or all names in its module."""
+    """A name is available after `import MODULE`, `import PACKAGE` or `from MODULE import *`."""
     exec(f'import {module}; {module}.{name}', {})
     exec(f'import {module.partition(".")[0]}; {module}.{name}', {})
     exec(f'from {module} import *; {name}', {})
@@ -283,7 +283,7 @@ def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, mo
 
 
 def run(record, files, top, before):
-    """Run a recorded command. Return the command and the processes that it left running."""
+    """Run a recorded command. Return the Command and the IDs of its remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # Python 3.13 colors tracebacks.
@@ -337,7 +337,7 @@ def runs(files, tmp_path_factory, request):
 
 
 def by_source(text):
-    """Group lines by process or logger, because lines from different sources may interleave."""
+    """Group output lines by process or logger, because lines of two sources may interleave."""
     lines_by_source, source = {}, ''
     text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice

@@ -33,7 +33,7 @@ DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 URDF = (DATA / 'r2.urdf').read_text()
 RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.json'))]
 URDFS = json.loads((DATA / 'urdf_verdicts.json').read_text())
-"""Verdict on each URDF and transforms at joint positions of 0.5, recorded with urdfdom 4.0.2."""
+"""Verdict of urdfdom 4.0.2 on each URDF, and transforms recorded at joint positions of 0.5."""
 
 NS_PER_SECOND = 1_000_000_000
 
@@ -101,7 +101,7 @@ def test_joint_states_cause_the_recorded_transforms(recording, live):
 @pytest.mark.parametrize('parameter, stamps', [
     ({'publish_frequency': 0.0}, (5, 5, 6)), ({'ignore_timestamp': True}, (5, 0, 4))])
 def test_all_messages_are_published_without_limit_or_stamps(live, parameter, stamps):
-    """Timestamps may repeat if publish_frequency is 0, and decrease if ignore_timestamp is set."""
+    """Joint state timestamps may repeat (publish_frequency 0) or decrease (ignore_timestamp)."""
     node, tf = start(live, robot_description=URDF, **parameter)
     for stamp in stamps:
         node.joint_states_callback(JointState(

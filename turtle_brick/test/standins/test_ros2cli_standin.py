@@ -61,7 +61,7 @@ PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or r
 
 INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
                    'interface_packages': 'turtle|std_'}
-"""Patterns for the lines that a recording contains, keyed by the name of the recording."""
+"""Patterns that select the lines to compare, keyed by the name of the recording."""
 
 # Verbs that set parameters or call services run last, because they affect the other verbs.
 HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda name: (
@@ -81,7 +81,7 @@ def files(tmp_path_factory):
 
 
 def complete(turtlesim):
-    """Add the topic and the action that only the real turtlesim provides."""
+    """Add the topic and the action that the stand-in for turtlesim does not provide."""
     turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
     ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
 
@@ -135,7 +135,7 @@ def replay(record, domain, arena, files):
 
 @pytest.fixture(scope='module')
 def outcomes(arena, files, request):
-    """Run up to six of the selected commands at a time, because most commands wait."""
+    """Run up to six selected commands in parallel, because most of them are usually idle."""
     wanted = [item.callspec.params['name'] for item in request.session.items
               if getattr(item, 'function', None) is test_command]
     with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
@@ -168,7 +168,7 @@ def open_graph_here(arena):
 
 
 def test_graph_is_complete_when_all_nodes_and_services_are_announced():
-    """A complete graph has named nodes in all participants and services for all visible nodes."""
+    """A complete graph contains a named node per participant and services of all visible nodes."""
     info = {'ros_discovery_info': {1: '', 2: ''}, '/parameter_events': {1: 'arena', 2: '_ros2cli'}}
     written, read = ({'arena': {each: []}, '_ros2cli': {}} for each in (
         'rr/dropReply', 'rq/dropRequest'))
@@ -214,7 +214,7 @@ TF2_ECHO_OUTPUT = """At time 0.0
  -0.199  0.098  0.975  0.250
   0.000  0.000  0.000  1.000
 """
-"""Output of the real tf2_echo for the transform in the next test."""
+"""Output of the real tf2_echo for the transform in test_tf2_echo_prints_published_transform."""
 
 
 def test_tf2_echo_prints_published_transform(outcomes, domain_id):
@@ -263,7 +263,7 @@ MAY_DIFFER = (
     ('centre', 'center'),
     ('metres', 'meters'),
 )
-"""Replacements that remove the allowed differences, such as warnings and argparse formats."""
+"""Replacements that remove allowed output differences, such as warnings and argparse formats."""
 
 ANSWERS = {
     'call_place_refused': r'(message=).*()',
@@ -273,7 +273,7 @@ ANSWERS = {
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
     'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
 }
-"""Patterns for parts of the output that may differ, keyed by the name of the recording."""
+"""Patterns for output that may differ from a recording, keyed by the name of the recording."""
 
 TOKENS = {
     'SHARE': re.escape(get_package_share_directory('turtle_brick')),
@@ -338,7 +338,7 @@ no new messages""",
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
-"""Reports of the real `ros2` on MESSAGES at 2 s and 3 s, with a window of 3 messages."""
+"""Output of the real `ros2` for MESSAGES at 2 s and 3 s, with a window of 3 messages."""
 
 
 @pytest.mark.parametrize('report', REPORTS)
@@ -417,7 +417,7 @@ def test_completion_offers_existing_names(argument, before, answers, open_graph_
     ('interface show turtlesim/msg/', 'turtlesim/msg/Color\nturtlesim/msg/Pose'),
     ('launch turtle_brick turtle_arena.launch.p', 'turtle_arena.launch.py ')])
 def test_shell_completes_after_tab(line, words, tmp_path, domain_id, monkeypatch):
-    """The suggestions have the format that bash expects after env.bash is sourced."""
+    """Tab completions have the format that bash expects after env.bash is sourced."""
     line = f'ros2 {line}'
     for name, value in (('_ARGCOMPLETE', '1'), ('COMP_LINE', line), ('COMP_POINT', len(line)),
                         ('_ARGCOMPLETE_IFS', '\n'), ('_ARGCOMPLETE_SUPPRESS_SPACE', '0'),

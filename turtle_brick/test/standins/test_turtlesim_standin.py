@@ -46,7 +46,7 @@ def live():
 
 @pytest.fixture(scope='module', autouse=True)
 def turtlesim(live):
-    """Run turtlesim. Check that SIGTERM ends turtlesim without output."""
+    """Run turtlesim. After the tests, check that SIGTERM ends the node without further output."""
     with process(COMMAND, live.domain_id, stop=None) as turtlesim:
         yield turtlesim
         before = turtlesim.output
@@ -74,7 +74,7 @@ def wait_for_pose(live, poses, condition, name):
 
 
 def test_poses_are_published_at_62_5_hz(live, poses):
-    """The node skips late ticks, and its topics are reliable and volatile."""
+    """turtlesim_node skips late ticks. The pose and command topics are reliable and volatile."""
     first = poses.messages[0]
     live.wait_for(lambda: len(poses.messages) > 100 and median(
         later - earlier for earlier, later in pairwise(poses.times)) == pytest.approx(
@@ -127,7 +127,7 @@ def test_teleport_services_move_turtle_at_once(live, turtlesim, poses):
 
 
 def test_turtles_are_spawned_and_killed(live, turtlesim, poses):
-    """Invalid turtle names are refused, and `reset` removes all turtles except turtle1."""
+    """Invalid turtle names are refused. The service `reset` removes all turtles except turtle1."""
     def spawn(name):
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 

@@ -37,11 +37,11 @@ from turtlesim.msg import Pose
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
 DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
-"""Times (ns) from the brick's release to the decision, the command and the robot's motion."""
+"""Times (ns) from the brick's release to the decision, first command and first robot motion."""
 
 
 def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
-    """Return the record of a drop. In TF, the robot starts to move at `transformed` (ns)."""
+    """Return the record of a drop. In TF, robot motion starts `transformed` (ns) after RELEASE."""
     record = Record(Profile())
     record.frames = {BRICK: Frame(False), BASE_LINK: Frame(False)}
     for step in range(-5, 40):
@@ -61,7 +61,7 @@ def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
 
 
 def drive(period, moved):
-    """Return times (ns) and x coordinates (m) of a robot that starts to move at `moved` (ns)."""
+    """Return times (ns) and x coordinates (m) of a robot that starts `moved` ns after RELEASE."""
     return [(RELEASE + time, 5.5 + max(time - moved, 0) * 3e-9)
             for time in range(-100_000_000, 200_000_000, period)]
 

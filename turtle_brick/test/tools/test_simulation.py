@@ -50,7 +50,7 @@ def random_parameters(random):
 
 
 def position_near_the_limit(random, simulation):
-    """Return a random brick position (m), usually near the limit of the robot's reach."""
+    """Return a random brick position (m), usually near the guaranteed distance."""
     parameters = simulation.parameters
     z = resting_height(parameters) + exp(random.uniform(log(0.3), log(12.0)))
     limit = guaranteed_distance(z, parameters)
@@ -130,7 +130,7 @@ def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_command_latency_is_neither_too_short_nor_too_long(delays):
-    """The maximum simulated latency is 0 to 25 ms shorter than command_latency."""
+    """The maximum simulated latency of a command is 0 to 25 ms shorter than command_latency."""
     random = Random(f'{delays}')
     latencies = []
     for seed in range(50):

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the table, the check of guarantees, the figures and the command line of the sweep."""
+"""Test the sweep's table, figures, command line and check of the guarantees."""
 
 import csv
 from dataclasses import replace
@@ -51,7 +51,7 @@ def drops():
 
 @pytest.fixture(scope='module')
 def caught(drops):
-    """Return the successful drop with the smallest time margin (s)."""
+    """Return the drop with the smallest time margin (s) of all drops that end in a catch."""
     return min((drop for drop in drops if drop.result.caught), key=lambda drop: drop.margin)
 
 
@@ -139,7 +139,7 @@ def test_the_exit_status_is_1_after_a_broken_guarantee(tmp_path, capsys, monkeyp
 
 
 def test_figures_are_drawn(tmp_path, drops, caught):
-    """The figures can show every outcome of a drop. No map is drawn for a moving robot."""
+    """The figures can show every outcome of a drop. The sweep draws no map for a moving robot."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     unseen = caught._replace(result=caught.result._replace(decision=None, caught=False))
     sweep.draw([simulate_drop(PARAMETERS, 0, 1, (2.0, 3.0, 0.5), moving=True)], PARAMETERS,
@@ -151,7 +151,7 @@ def test_figures_are_drawn(tmp_path, drops, caught):
 
 
 def test_a_moving_robot_catches_every_brick_reported_as_reachable(tmp_path, capsys):
-    """The robot is not at rest in the center, so no catch is guaranteed."""
+    """No catch is guaranteed, because the robot is not at rest at the arena's center."""
     assert sweep.main(['--moving', '--drops', '40', '--height', '5', '10', '--workers', '1',
                        '--no-figures', '--output', str(tmp_path)]) == 0
     output = capsys.readouterr().out

@@ -102,7 +102,7 @@ class PageBench:
         self.page.on_goal(goal)
 
     def draw(self, after=0):
-        """Advance the time by a delay (ns), draw all objects and return their poses."""
+        """Advance the time by `after` (ns), draw the page and return the poses of all objects."""
         self.now += after
         self.page.draw()
         objects = self.last_argument(self.scene.show)
@@ -197,7 +197,7 @@ def test_panel_shows_the_status_of_the_catch(bench, story):
      [], 'Caught: carrying')],
     ids=['unreachable', 'missed', 'caught'])
 def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last, text):
-    """The displayed status is correct even if the previous brick was unreachable."""
+    """The page displays the correct status even if the previous brick was unreachable."""
     numbers = [number for number, events in enumerate(topics) for _ in events]
     for order in set(permutations(numbers)):
         queues = [iter(events) for events in topics]

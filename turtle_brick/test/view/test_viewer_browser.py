@@ -43,10 +43,10 @@ pytestmark = [
     pytest.mark.skipif(find_spec('viser') is None, reason='viser is not installed')]
 
 CANVAS = 'document.querySelector("canvas[data-engine]")'
-"""JavaScript expression for the canvas of the scene."""
+"""JavaScript expression that returns the canvas of the scene."""
 
 CHART = 'Object.values(window.__viserTestpoints.uplots)[0].chart'
-"""JavaScript expression for the plotted curves."""
+"""JavaScript expression that returns the chart with the plotted curves."""
 
 
 ROBOT = """
@@ -59,7 +59,7 @@ ROBOT = """
 
 
 def attempts(what: str) -> Iterator[None]:
-    """Yield until the timeout, because a busy machine may require several attempts."""
+    """Yield once per attempt and fail after TIMEOUT. A busy machine may need several attempts."""
     deadline = monotonic() + TIMEOUT
     while monotonic() < deadline:
         yield
@@ -157,7 +157,7 @@ def test_buttons_on_the_page_move_the_joints(page, domain_id):
         for name, moved in (('Randomize', True), ('Center', False)):
             button = f'[...document.querySelectorAll("button")].find(b => b.innerText == {name!r})'
             page.wait_for(button)
-            page.evaluate(f'{button}.click()')  # The button may still be moving.
+            page.evaluate(f'{button}.click()')  # A mouse click could miss a moving button.
             live.wait_for(lambda: states.last and states.last.position and all(
                 (position != 0.0) is moved for position in states.last.position), TIMEOUT, name)
         assert states.last.name == ['left_joint', 'right_joint']
