@@ -36,7 +36,7 @@ NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
-"""Fraction of the height of a narrow picture that the panel never covers."""
+"""Fraction of a narrow picture's height, from the top, that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in narrow pictures to make the camera look down steeply."""
@@ -101,7 +101,7 @@ TOP_VIEW = View((0.0, 1e-3, -1.0), [
 
 
 def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | None:
-    """Return x and y (m) of the point where a ray meets the ground, or None if it never does."""
+    """Return x and y (m) of the point where a ray hits the ground, or None if the ray misses."""
     if direction[2] * origin[2] >= 0.0:
         return None
     length = -origin[2] / direction[2]

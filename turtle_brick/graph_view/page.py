@@ -51,7 +51,7 @@ BRICK_TF = 'brick (TF)'
 """Label of the brick's transforms in the list of message rates."""
 
 RATE_NAMES = ('cmd_vel', 'odom', 'joint_states', BRICK_TF)
-"""Labels in the list of message rates."""
+"""Labels of all entries in the list of message rates."""
 
 GOAL = Shape('cylinder', (0.24, 0.24, 0.01), (0.10, 0.75, 0.25, 1.0))
 """Shape that marks the robot's goal on the ground."""
@@ -60,7 +60,7 @@ GOAL_TOLERANCE = 0.05
 """Minimum distance (m) between the robot and its goal at which the goal is shown."""
 
 MAX_AGE_NS = NS_PER_SECOND // 2
-"""Age (ns) beyond which an object's latest transform does not delay drawing the other objects."""
+"""Maximum age (ns) of the transforms that determine the time at which all objects are drawn."""
 
 TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 """Topics whose latest text is shown on the page."""
@@ -90,7 +90,7 @@ class Page:
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer, settings: Settings,
                  warn: Callable[[str], Any], find_sections: Callable[[], tuple[bool, bool, bool]],
                  clock: Callable[[], int]) -> None:
-        """Start empty. `find_sections` returns whether arena, robot and catcher are running."""
+        """Use `find_sections` to detect whether an arena, a robot and a catcher are running."""
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
@@ -109,7 +109,7 @@ class Page:
         self._points: deque[tuple[float, ...]] = deque(maxlen=CURVE_LENGTH)
         self._next_panel_update = 0
         self._is_moving: dict[str, bool] = {}
-        """Whether each known frame has been the child or the parent in a transform on /tf."""
+        """For each known frame, whether a transform on /tf has included the frame."""
         self._fixed_frame = WORLD
         self._drawn_time = 0
         self._poses: dict[str, Pose | None] = {}
@@ -140,7 +140,7 @@ class Page:
                 self._is_moving[frame] = self._is_moving.get(frame, False) or not is_static
 
     def on_markers(self, topic: str, message: Marker | MarkerArray) -> None:
-        """Store or remove the markers in a message that arrived on a topic."""
+        """Add, change or remove each marker in a message received from a topic."""
         for marker in getattr(message, 'markers', [message]):
             try:
                 self._markers.update(topic, marker, self._clock())
@@ -241,7 +241,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return the plotted height (m), distance (m) and speed (m/s), or NaN where unknown."""
+        """Return brick height (m), brick distance (m) and robot speed (m/s), or NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -251,7 +251,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) with known poses of robot and brick, or 0 if no pose is known.
+        Return the latest time (ns) at which the poses of robot and brick are known, or 0 if never.
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. An object without new transforms does not delay the other objects.

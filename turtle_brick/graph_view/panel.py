@@ -54,7 +54,7 @@ class Panel:
 
     def __init__(self, server: viser.ViserServer, scene: Scene, execute: Callable[..., None],
                  shows_frames: bool = False) -> None:
-        """Create the controls, which call `execute` (e.g. with 'tilt', 0.5) in viser's threads."""
+        """Create controls that make calls such as `execute('tilt', 0.5)` in viser's threads."""
         self._scene = scene
         self._execute = execute
         self._slider_time = -inf
@@ -129,15 +129,15 @@ class Panel:
         self.fixed_frame.content = _html('fixed_frame', text, not is_known)
 
     def show_status(self, text: str, is_alarm: bool) -> None:
-        """Show the status of the catch, in red if it is an alarm."""
+        """Show the status of the current catch, in red for an alarm."""
         self.status.content = _html('status', text, is_alarm)
 
     def show_response(self, text: str, is_success: bool) -> None:
-        """Show the response to the last command, in red if it is an error."""
+        """Show the response to the last command, in red for an error."""
         self.response.content = _html('response', text, not is_success)
 
     def show_rates(self, rates: Sequence[tuple[str, float]]) -> None:
-        """Show topic names and message rates (Hz). An unknown rate must be given as 0."""
+        """Show names and their message rates (Hz). A rate of 0 is shown as 'no messages'."""
         self.rates.content = ''.join(
             _html('rate', f'{name}: {rate:.1f} Hz' if rate else f'{name}: no messages')
             for name, rate in rates)
@@ -170,7 +170,7 @@ class Panel:
             self._execute('drop')
         else:
             text = self.position.value
-            # viser can lose input in the last 50 ms before Enter, so the text is shown again.
+            # viser can lose text typed within 50 ms before Enter, so show the received text.
             self.position.value = ''
             self.position.value = text
             try:

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Record and replay the last drop without ROS. Times (ns) come from a monotonic clock."""
+"""Record and replay the last drop. Times (ns) come from a monotonic clock, not from ROS."""
 
 from bisect import bisect
 from collections.abc import Mapping, Sequence

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""The 3D scene on the page (objects, ground and cameras). This module does not depend on ROS."""
+"""The 3D scene on the page (objects, ground and cameras). This module does not use a ROS node."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -59,7 +59,7 @@ class BrowserCamera:
         self._is_following = False
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Move the camera so that points (m) in the world frame are visible."""
+        """Move the camera to show the view's fixed points or, without any, `points` (m)."""
         if self._view is None or not (points or self._view.fixed_points):
             return
         previous = self._requested[-1] if self._requested else None
@@ -71,14 +71,14 @@ class BrowserCamera:
             self._requested.append(position)
 
     async def _on_update(self, camera: viser.CameraHandle) -> None:
-        """Stop following the view if the browser reports a position that was not requested."""
+        """Stop following the view if the browser reports an unrequested camera position."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
-            # The browser has reset the camera. A narrow page also resets the camera at the start.
+            # The browser has reset the camera. A narrow page also does so after loading.
             self.set_view(NEAR_VIEW)
             return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
                            for position in self._requested)
-        # The first camera positions from the browser can be older than the view.
+        # The browser may first report camera positions from before the view was set.
         if self._is_following and not is_following:
             self._view = None
         self._is_following = is_following
@@ -125,7 +125,7 @@ class Scene:
         self._cameras[client.client_id].set_view(view)
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Keep points (m) visible in each browser that uses the near view."""
+        """Move each browser's camera to show its fixed points or, without any, `points` (m)."""
         self._cameras = {number: self._cameras.get(number) or BrowserCamera(client)
                          for number, client in self._get_clients().items()}
         for camera in self._cameras.values():

@@ -23,7 +23,7 @@ import yaml
 class Settings(NamedTuple):
     """Settings of the page. The defaults apply if there is no configuration file."""
 
-    fixed_frame: str = ''  # If empty, world is used, or the robot's root link if world is missing.
+    fixed_frame: str = ''  # An empty name selects world or, if world is missing, the root link.
     shows_frames: bool = False  # Whether the axes of the frames are initially visible.
     hidden_frames: frozenset[str] = frozenset()
     description_topic: str = 'robot_description'

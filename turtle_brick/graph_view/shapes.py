@@ -35,7 +35,7 @@ RED: Color = (1.0, 0.0, 0.0, 1.0)
 """Color of a URDF visual element that has no defined material, as in rviz2."""
 
 MAX_NUMBER = 1e6
-"""Maximum absolute value of a drawable number."""
+"""Maximum absolute value of any number used for drawing."""
 
 SOLIDS = ('box', 'cylinder', 'sphere')
 """Drawable kinds of URDF geometry."""
@@ -125,7 +125,7 @@ class Markers:
 
 
 def is_drawable(*numbers: float) -> bool:
-    """Return whether all numbers are finite and small enough to draw."""
+    """Return whether the absolute value of each number is at most MAX_NUMBER."""
     return all(abs(number) <= MAX_NUMBER for number in numbers)
 
 
@@ -189,7 +189,7 @@ def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> 
 
 def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
              ) -> tuple[Any, ...]:
-    """Return the numbers in an attribute, or raise ValueError if they are invalid."""
+    """Return the numbers in an XML attribute, or raise ValueError if the text is invalid."""
     text = element.get(attribute, default)
     numbers = tuple(map(float, text.split()))
     if len(numbers) != count or not is_drawable(*numbers):

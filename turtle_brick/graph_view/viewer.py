@@ -156,7 +156,7 @@ class Viewer(Node):
                 self._clients_by_name[name] = self.create_client(load_type(service_types[0]), name)
 
     def _connect_tilt(self, topic: str, type_name: str) -> None:
-        """Publish and subscribe to tilt. The first floating-point field contains the angle."""
+        """Publish and subscribe to tilt messages. The first floating-point field is the angle."""
         with suppress(LookupError, StopIteration):
             tilt_type = load_type(type_name)
             self._tilt_field = next(
@@ -177,7 +177,7 @@ class Viewer(Node):
                 subscription_qos(latched, reliable))
 
     def _find_sections(self) -> tuple[bool, bool, bool]:
-        """Return whether the graph contains an arena, a robot and a catcher."""
+        """Return whether the graph contains an arena, a robot and a catcher, respectively."""
         return (any(client.service_is_ready() for client in self._clients_by_name.values()),
                 self.count_publishers('odom') > 0, self.count_publishers('catcher_state') > 0)
 
@@ -213,7 +213,7 @@ class Viewer(Node):
         self._goal_publisher.publish(goal)
 
     def schedule(self, command: str, *arguments: Any) -> None:
-        """Call a public method in the next timer callback. This method is thread-safe."""
+        """Schedule a viewer method for the next timer callback. This method is thread-safe."""
         self._scheduled.append(partial(getattr(self, command), *arguments))
 
     def _on_timer(self) -> None:
@@ -229,7 +229,7 @@ class Viewer(Node):
         """Call a service with an optional position (m), and show the response."""
         def on_response(future: Future) -> None:
             response = future.result()
-            # In other workspaces, the response may have no fields.
+            # A service type from another workspace may define a response without these fields.
             is_success = getattr(response, 'success', True)
             self._show_response(f'{name}: {getattr(response, "message", "done")}', is_success)
             if is_success:

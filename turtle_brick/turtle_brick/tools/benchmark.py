@@ -20,7 +20,7 @@ The machine must be otherwise idle. The measurements are taken as follows:
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
 * Processor time is the sum of a process's user and system times, measured in two periods. In the
   idle period, the brick hovers, the robot is at rest, and no client subscribes to fast topics
-  (100 Hz or more). In the catching period, a client drops bricks in turn and records all topics.
+  (100 Hz or more). In the catching period, a client drops several bricks and records all topics.
 * Message intervals are measured in another idle period, with the client connected. An interval is
   the difference between consecutive source timestamps, which the publisher's middleware sets.
 * Reaction times are measured from the release of the brick. At the release, the robot is at rest
@@ -74,7 +74,7 @@ WARM_UP_TIME = 3.0
 """Duration (s) for which the graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
-"""Time (ns) from the first examined brick position to the drop request."""
+"""Time (ns) before the drop request at which the search for the start of the fall begins."""
 
 MOTION_THRESHOLD = 1e-6
 """Maximum change (m) in position that does not count as motion."""
@@ -132,7 +132,7 @@ def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the node processes that a launch process started, keyed by executable name."""
     return {Path(word).name: process for process in launch.children(recursive=True)
-            for word in process.cmdline()[:2]  # The first word may be an interpreter.
+            for word in process.cmdline()[:2]  # The program may follow an interpreter.
             if Path(word).name in NODES}
 
 

@@ -52,7 +52,7 @@ AnyNode = TypeVar('AnyNode', bound=Node)
 
 
 def executable(package: str, name: str) -> str:
-    """Return the path of an executable, or raise PackageNotFoundError."""
+    """Return the path of an executable in a package, or raise PackageNotFoundError."""
     try:
         return str(Path(get_package_prefix(package), 'lib', package, name))
     except PackageNotFoundError:
@@ -121,12 +121,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim, and return its node, or None if it has its own process."""
+        """Add a holonomic turtlesim. Return its node, or None if it runs in a separate process."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher, and return its node, or None if it has its own process."""
+        """Add robot_state_publisher. Return its node, or None if it runs in a separate process."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())
@@ -168,7 +168,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def _add_node_or_process(self, package: str, executable: str, module: str, node_type: str,
                              parameters: dict[str, Any]) -> Node | None:
-        """Add the stand-in node if it is installed. Otherwise, start the real executable."""
+        """Add a package's stand-in node if it is installed. Otherwise, start the real program."""
         # A URDF is too complex for a parameter value on the command line.
         arguments = ['--params-file', str(self.parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:

@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Draw a map of the arena, one drop in detail, and the latency in the live ROS graph.
+Plot a map of the arena, one drop in detail, and the latency in the live ROS graph.
 
 The figures in the lesson also use the colors and helper functions in this module. The module
 neither requires a display nor changes matplotlib's global state.
@@ -139,7 +139,7 @@ def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNor
 
 
 def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -> None:
-    """Draw the guaranteed and the latency-free distance as circles for each height (m)."""
+    """Draw the guaranteed reach and the reach without latency from each height (m) as circles."""
     guarantee = (f'a catch is guaranteed inside: {parameters.max_velocity:g} m/s × (fall time − '
                  f'{DETECTION_TIME + parameters.command_latency:g} s) + platform radius')
     impossible = 'a catch is impossible outside, even without any latency'
@@ -211,7 +211,7 @@ def _draw_curves(samples: Sequence[TraceSample], drop: SimulatedDrop, height: Ax
 
 def _color_spans(axes: Axes, time: Sequence[float], values: Sequence[str],
                  colors: dict[str, str], label_height: float | None) -> None:
-    """Color each span of equal values, and label wide spans if a label height is given."""
+    """Color each period with a constant value, and label long periods if a height is given."""
     changes = [index for index, (last, value) in enumerate(pairwise(values), 1) if value != last]
     for first, end in pairwise([0, *changes, len(values) - 1]):
         axes.axvspan(time[first], time[end], color=colors[values[first]], linewidth=0.0, zorder=0)
@@ -251,7 +251,7 @@ def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float
 
 
 def latency(drops: Sequence[dict[str, float]], path: Path) -> None:
-    """Draw the times (s) from the release of each brick to the end of each delay in LINKS."""
+    """Plot the times (s) from the release of each brick to the end of each delay in LINKS."""
     medians = {link: 1e3 * median(drop[link] for drop in drops) for link in LINKS}
     durations = np.diff([0.0, *medians.values()])
     with new_figure(path, 9.4, 3.9) as figure:

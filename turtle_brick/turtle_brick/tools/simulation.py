@@ -73,7 +73,7 @@ class DropResult(NamedTuple):
     fall_time: float  # Time from the release to contact with the platform or the ground.
     decision_time: float  # Time from the release to the decision.
     carried_to: tuple[float, float] | None  # Robot position when the tilt starts.
-    slide_time: float  # Time from the start of the tilt until the brick floats in place.
+    slide_time: float  # Time from the start of the tilt to the end of the slide.
     finished: bool  # Whether the catcher returned to the waiting state.
 
 
@@ -267,12 +267,12 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def within_guarantee(self) -> bool:
-        """Return whether the catch was guaranteed."""
+        """Return whether the brick was within the guaranteed distance from the robot."""
         return self.distance <= self.guaranteed
 
     @property
     def margin(self) -> float | None:
-        """Return the available time minus the required time (s), as estimated by the catcher."""
+        """Return the spare time (s) in the catcher's decision, or None without a decision."""
         return self.result.decision.margin if self.result.decision else None
 
     @property

@@ -102,7 +102,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw a fall and a slide with closed-form solutions, and the error of Euler's method."""
+    """Plot a simulated fall and slide, their closed-form solutions, and the height errors."""
     with new_figure(path, 7.6, 5.6) as figure:
         (height, side), (error, distance) = figure.subplots(
             2, 2, height_ratios=(1.7, 1.0), width_ratios=(1.0, 1.15))

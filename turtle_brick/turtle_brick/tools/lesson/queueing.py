@@ -32,12 +32,12 @@ class SentCommand(NamedTuple):
     """A command sent to turtlesim, and its latency (times in s)."""
 
     published: float
-    latency: float  # Time until a pose reflects this command or, if it is dropped, a newer one.
+    latency: float  # Time from publication until a pose reflects this or a newer command.
     applied: bool
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """Return the commands sent to a full queue at 100 Hz if turtlesim starts at `phase` (s)."""
+    """Return commands sent at 100 Hz to the full queue of a turtlesim started at `phase` (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []
@@ -60,7 +60,7 @@ def commands(phase: float) -> list[SentCommand]:
 
 
 def commands_for_all_phases() -> list[SentCommand]:
-    """Return the results of `commands` for 16 phases of turtlesim's ticks."""
+    """Return the results of `commands` for 16 start times of turtlesim, 1 ms apart."""
     return [sent for phase in range(16) for sent in commands(1e-3 * phase + 1e-4)]
 
 
@@ -136,7 +136,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the latency of commands and a drive with each controller."""
+    """Plot the latency of turtlesim commands, and one drive for each of the controllers."""
     with new_figure(path, 7.6, 6.4) as figure:
         sawtooth, whole, near = figure.subplot_mosaic(
             'AA\nBC', height_ratios=(0.8, 1.5), width_ratios=(1.0, 1.6)).values()

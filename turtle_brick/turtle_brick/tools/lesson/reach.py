@@ -42,7 +42,7 @@ WORST_DELAYS = (
     ('next transform of the robot', COMMAND_PERIOD),
     ('next physics step', DT),
 )
-"""Upper bounds (s) of the successive delays from the release of a brick to the first motion."""
+"""Upper bounds (s) on the successive delays from the release of a brick to the first motion."""
 
 
 def guaranteed_latency(parameters: Parameters) -> float:
@@ -85,7 +85,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Draw the outcomes of all drops and the delays before the robot moves."""
+    """Plot the outcomes of all drops and the maximum delays before the robot moves."""
     with new_figure(path, 7.6, 6.6) as figure:
         plane, chain = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
         for outcome, color, mark in (('caught', CAUGHT, 'o'), ('refused', '#e8b59f', 'o'),

@@ -27,7 +27,7 @@ from turtle_brick.tools.plots import INK, new_figure
 
 
 class RollSample(NamedTuple):
-    """A time (s) and three candidates (m) for the distance rolled by the wheel."""
+    """The distance (m) rolled by the wheel up to a time (s), according to three definitions."""
 
     time: float
     commanded: float  # Integral of the commanded speed.
@@ -78,7 +78,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Plot the three possible definitions of the distance that the wheel rolls."""
+    """Plot the distance rolled by the wheel over time, according to three definitions."""
     time, commanded, pose_distance, rolled = np.array(roll(parameters)).T
     with new_figure(path, 7.6, 3.8) as figure:
         lengths = figure.subplots()
