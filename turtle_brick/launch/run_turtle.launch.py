@@ -32,7 +32,7 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'namespace', default_value='',
             description='The namespace of all nodes, topics and services, including TF.'),
-        # The included file also sets the namespace of the nodes below. It comes first because
+        # The included file also sets the namespace of the nodes below, and comes first because
         # launch waits for xacro here, and Ctrl-C during this wait would not stop running nodes.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),

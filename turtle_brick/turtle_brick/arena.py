@@ -62,7 +62,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Marker period (s). The marker is repeated because rviz2 discards markers in unknown frames."""
+"""Interval (s) between brick markers. rviz2 discards a marker if its frame is still unknown."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""
@@ -88,7 +88,7 @@ class Arena(Node):
 
         self.world = World.from_parameters(parameters)
         self.phase = self.world.phase
-        """Latest published phase of the brick."""
+        """Phase of the brick's motion in the latest message on `brick_state`."""
         self.step_clock = StepClock(STEP_NS)
         self.just_released = False
         """Whether the `drop` service has released the brick since the latest physics step."""
@@ -113,7 +113,7 @@ class Arena(Node):
         self.timer = self.create_timer(STEP_NS * SECONDS_PER_NS, self.on_timer)
 
     def on_place(self, request: Place.Request, response: Place.Response) -> Place.Response:
-        """Place the brick, or return the reason for refusing the request."""
+        """Place the brick, or respond to the `place` request with the reason for refusing it."""
         location = (request.location.x, request.location.y, request.location.z)
         try:
             self.world.brick = location
@@ -127,7 +127,7 @@ class Arena(Node):
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Release the brick, or return the reason for refusing the request."""
+        """Release the brick, or respond to the `drop` request with the reason for refusing it."""
         try:
             self.world.release()
         except ValueError as error:
@@ -161,7 +161,7 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # The brick stays still in the first steps after `drop`, so the response is sent first.
+            # A newly released brick stays still in these steps, so `drop` responds before a fall.
             if not self.just_released:
                 self.world.step()
             transforms.append(self.brick_transform(time))
@@ -178,7 +178,7 @@ class Arena(Node):
             WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_changes(self) -> None:
-        """Publish the brick's state if the state has changed, and log any clock jump."""
+        """Publish the brick's state and marker if the state changed, and log any clock jump."""
         if self.step_clock.jump:
             self.get_logger().warning(
                 f'The clock jumped by {self.step_clock.jump * SECONDS_PER_NS:+.3g} s, or this '
@@ -204,7 +204,7 @@ class Arena(Node):
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return a marker for a brick of a given size (m) in a given phase."""
+    """Return a marker for a brick of a given size (m), in the color for its phase of motion."""
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker

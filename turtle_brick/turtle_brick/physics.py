@@ -19,7 +19,7 @@ Simulate a brick that falls onto a platform, rides on it and slides off.
                     |  ^-------------------'
                     '--> GROUNDED
 
-A release starts a fall. Placing the brick changes any phase to HOVERING.
+Releasing the brick starts a fall. Placing the brick makes it hover, regardless of its phase.
 
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
 height formula does not accumulate errors. A sliding brick accelerates at g sin(tilt).
@@ -46,7 +46,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Distance (m) by which a brick that lands may already be below its resting height."""
+"""Maximum distance (m) below the resting height from which a falling brick can still land."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal of a platform that supports a brick."""
@@ -159,7 +159,7 @@ class World:
 
     @property
     def phase(self) -> Phase:
-        """Get the phase of the brick."""
+        """Get the phase of the brick's motion."""
         return self._phase
 
     @property

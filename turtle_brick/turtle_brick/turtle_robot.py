@@ -66,7 +66,7 @@ from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
 UPSIDE_DOWN_TILT = pi / 2
-"""Angle (rad) beyond which a tilt is logged because the platform is upside down."""
+"""Tilt angle (rad) beyond which the node logs that the platform is upside down."""
 
 
 class TurtleRobot(Node):

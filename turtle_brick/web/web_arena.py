@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Run the exercise on the web page, which loads this module with Pyodide."""
+"""Simulate the arena for the web page, which loads this module with Pyodide."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
@@ -42,7 +42,7 @@ MAX_HEIGHT = 10.0
 HINTS = {
     Phase.FLOATING: 'The assignment requires that a brick that has left the platform floats.',
     Phase.GROUNDED: 'The assignment requires that the brick is always inclined like the platform.'}
-"""Explanation of each phase of the brick that looks like a fault."""
+"""Explanations of the phases in which the brick's behavior looks like a fault."""
 
 PLOT_TIME = 6.0
 """Duration (s) of the plots."""
@@ -63,7 +63,7 @@ class WebArena:
         self.form: dict[str, str] = {}
         self.placed = tuple(self.defaults['brick_start'])
         self.start(Parameters.from_mapping(self.defaults), (ARENA_CENTER, ARENA_CENTER, 0.0))
-        # A browser rounds the limits of a slider, so limits with more digits would be refused.
+        # Browsers round the limits of a slider, and `update` rejects values beyond exact limits.
         width = math.floor(100.0 * ARENA_SIZE) / 100.0
         lowest = math.ceil(100.0 * resting_height(self.parameters)) / 100.0
         tilt = PARAMETER_RULES['tilt_angle'].upper
@@ -78,7 +78,7 @@ class WebArena:
                                              upper=self._valid_limit(name, rule.upper))
 
     def _valid_limit(self, name: str, limit: float) -> float:
-        """Return the value that is nearest to a limit and valid in the robot description."""
+        """Return the value nearest to a parameter's limit that the robot description accepts."""
         valid, invalid, tried = self.defaults[name], limit, limit
         for _ in range(10):
             try:
@@ -195,7 +195,7 @@ class WebArena:
             <text y="246">time since the release, 0 to {PLOT_TIME:g} s</text></svg>"""
 
     def _after_step(self) -> None:
-        """Continue the drop, and update the odometry, the samples and the counts."""
+        """Release or place the brick if due, and update the odometry, plots and drop counts."""
         simulation, world, driver = self.simulation, self.simulation.world, self.simulation.driver
         driver.predicts = 'last_pose' not in self.form
         if driver.pose is not None and driver.pose is not self._last_pose:
@@ -223,7 +223,7 @@ class WebArena:
 
 
 def _number(text: str) -> float | str:
-    """Return a number in a string, or the string itself."""
+    """Convert a string to a number, or return the string if it is not a number."""
     try:
         return float(text)
     except ValueError:
@@ -234,7 +234,7 @@ def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:
     """
     Expand the properties, macros, conditions and expressions in xacro text, and return the URDF.
 
-    :raises ValueError: if the xacro text refuses the parameters
+    :raises ValueError: if the xacro text rejects the parameters by calling `xacro.fatal`
     """
     xacro = SimpleNamespace(arg=str, fatal=_refuse, load_yaml=lambda path: {
         '/**': {'ros__parameters': parameters}})

@@ -28,7 +28,7 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 POSITION_TOLERANCE = 1e-9
-"""Maximum apparent motion (m) of an object at rest, caused by interpolation in tf2."""
+"""Maximum change (m) in the position of an object at rest, caused by interpolation in tf2."""
 
 HEIGHT_TOLERANCE = 0.01
 """Maximum difference (m) between the height of a brick on the platform and its resting height."""
@@ -52,7 +52,7 @@ class Fall(NamedTuple):
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Return the height z - v t - g t^2 / 2 (m) of the brick at a given time (ns)."""
+        """Return the predicted height (m) of the brick's center at a given time (ns)."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
@@ -178,7 +178,7 @@ class BrickTracker:
                       and height_before > self._resting_height - HEIGHT_TOLERANCE
                       and fall.height(stamp, self._detector.gravity)
                       < self._resting_height + HEIGHT_TOLERANCE)
-        # This package's arena detaches a brick only if the brick leaves the platform or is placed.
+        # This package's arena detaches a riding brick only if the platform's pose is unknown.
         was_detached = self._is_attached and not is_attached
         self.has_landed = (
             (is_attached or has_fallen or (self.has_landed and not was_detached))

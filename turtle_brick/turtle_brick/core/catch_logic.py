@@ -67,7 +67,7 @@ class State(Enum):
 
 
 DRIVING_STATES = (State.APPROACHING, State.CARRYING)
-"""States in which the robot drives to a goal."""
+"""States of the catcher in which the robot drives to a goal."""
 
 
 class Observation(NamedTuple):
@@ -80,9 +80,9 @@ class Observation(NamedTuple):
     is_falling: bool = False
     """Whether the brick is falling and has not passed the platform yet."""
     is_on_platform: bool = False
-    """Whether the robot is available and the brick lies on the level platform."""
+    """Whether the brick lies on the level platform and `update` received a platform."""
     is_beside_platform: bool = False
-    """Whether the center of the brick is beside the platform, or the platform is unavailable."""
+    """Whether the center of the brick is beside the platform, or `update` received no platform."""
     still_for: float = 0.0
     """Time (s) for which the brick has not moved."""
     is_robot_idle: bool = False
@@ -97,7 +97,7 @@ def transition(state: State, observation: Observation) -> State:
     """
     Return the next state of the catcher, which may be the current state.
 
-    Any state changes to APPROACHING if a falling brick is reachable. Otherwise:
+    From any state, the next state is APPROACHING if a new fall is reachable. Otherwise:
 
         APPROACHING --> CARRYING    the brick is on the platform
         APPROACHING --> LEVELING    the brick no longer falls toward the platform
@@ -125,7 +125,7 @@ def transition(state: State, observation: Observation) -> State:
         return State.LEVELING if has_left or o.state_time > TILTING_TIMEOUT else state
     if state is State.LEVELING:
         return State.WAITING if o.is_level_commanded else state
-    # The brick was on the platform at the start, or landed although it was declared unreachable.
+    # A brick can lie on the platform at startup, or land there despite the decision "unreachable".
     is_lying = o.is_on_platform and o.is_robot_idle and o.still_for >= LYING_TIME
     return State.CARRYING if is_lying else state
 
@@ -173,11 +173,11 @@ class Catcher:
         self._goal = CENTER
         """Last goal (m) of the robot in the world frame."""
         self._tilt_angle = self._ramp_start = 0.0
-        """Commanded platform angles (rad), at present and at the start of the ramp."""
+        """Last commanded platform angle (rad), and this angle at the start of the tilt ramp."""
 
     @property
     def undecided_fall(self) -> Fall | None:
-        """Get the current fall if it requires a decision, or None. Then call `update` at once."""
+        """Get the fall that `update` must decide on immediately, or None if there is none."""
         fall = self.brick.fall
         return None if self.decision is not None and self.decision.fall is fall else fall
 
@@ -188,7 +188,7 @@ class Catcher:
         If the clock is set back, the catcher returns to WAITING and levels the platform.
 
         :param now: current time (ns)
-        :param platform: platform of the robot, or None if the platform is unavailable
+        :param platform: platform, or None if its transform is too old or no robot is subscribed
         :param stamp: timestamp (ns) of the platform's transform
         """
         actions: list[Action] = []
@@ -246,7 +246,7 @@ class Catcher:
                 and robot.distance_to(goal) <= GOAL_TOLERANCE)
 
     def _new_goal(self, previous: State) -> tuple[float, float] | None:
-        """Return a goal (m, world frame) if a goal must be published now, or None."""
+        """Return the goal (m, world frame) to publish in this update, or None if none is due."""
         robot, state = self.robot.state, self.state
         if state is State.CARRYING and previous is not State.CARRYING:
             return CENTER
@@ -260,7 +260,7 @@ class Catcher:
         return None
 
     def _tilt_commands(self) -> list[Action]:
-        """Return the next tilt command on the ramp in a list, or an empty list after the ramp."""
+        """Return a list of the next tilt command, or an empty list after the last tilt command."""
         target = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
         if self._tilt_angle == target:
             return []

@@ -20,8 +20,8 @@ keep turtlesim's queue full, so a command first affects a pose 61 to 77 ms after
 controller that used only the latest pose would overshoot and oscillate.
 
 `Driver` is therefore a Smith predictor (Smith, 1957) with a constant delay. It predicts the
-turtle's position by adding, to the latest pose, the motion of all commands that this pose does not
-reflect yet. It then computes the next command for the predicted position.
+turtle's position from the latest pose and from all commands that this pose does not reflect yet.
+It then computes the next command for the predicted position.
 
 All times (s), including those passed by the caller, come from the same monotonic clock.
 """
@@ -45,7 +45,7 @@ POSE_TIMEOUT = 0.25
 
 BRAKING_TIME = 0.064
 """Time constant (s) of the final approach, in which the speed is goal distance / BRAKING_TIME. A
-shorter time would cause overshoot because the delay varies by 16 ms between commands."""
+shorter time constant would cause overshoot because the command delay varies by up to 16 ms."""
 
 STOP_DISTANCE = 0.0005
 """Distance (m) from the goal at which the turtle stops."""
@@ -57,7 +57,7 @@ TURN_DISTANCE = 0.005
 """Distance (m) from the goal within which position corrections do not turn the stem."""
 
 HIDDEN_COMMANDS = round((POSE_TIMEOUT + COMMAND_DELAY) / COMMAND_PERIOD)
-"""Maximum number of commands whose effect is not yet visible in a valid pose."""
+"""Maximum number of published commands that a pose used for driving may not reflect yet."""
 
 
 class Driver:
@@ -69,11 +69,11 @@ class Driver:
         self.goal: tuple[float, float] | None = None
         """Goal (m) of the turtle in the world frame."""
         self.arrived = False
-        """Whether the turtle will be at its goal after all published commands."""
+        """Whether the turtle will be at its goal after executing all published commands."""
         self.stem_angle = 0.0
         """Direction (rad) of the stem in the turtle's frame, unchanged by small corrections."""
         self.predicts = True
-        """Whether the driver uses the predicted position. If not, the turtle overshoots."""
+        """Whether to use the predicted position. Using the latest pose would cause overshoot."""
         self.pose: TurtlePose | None = None
         """Latest pose of the turtle in the world frame."""
         self._pose_time = 0.0
@@ -118,7 +118,7 @@ class Driver:
         return (speed * cos(angle), speed * sin(angle))
 
     def _predict(self, pose: TurtlePose) -> tuple[float, float]:
-        """Return the predicted position (m) after all commands that the pose does not reflect."""
+        """Return the position (m) predicted from a pose and the commands not reflected in it."""
         hidden = [(linear_x, linear_y) for time, linear_x, linear_y in self._sent
                   if time > self._pose_time - COMMAND_DELAY]
         forward = sum(linear_x for linear_x, _ in hidden) * COMMAND_PERIOD

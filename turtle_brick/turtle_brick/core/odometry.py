@@ -64,11 +64,11 @@ class Odometer:
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
-        # The turtle teleported if the path is too long for the reported speeds and elapsed ticks.
+        # The turtle teleported if its path is too long for the reported speeds and elapsed time.
         speed = max(last.linear_velocity, pose.linear_velocity)
         ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
         if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # The path covers several ticks after a lost pose, and is cut short at a wall.
+        # After a lost pose, the path is longer than in one tick. At a wall, it is cut short.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius

@@ -62,7 +62,7 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Time (s) that the robot has to spare, negative if the robot would be late."""
+        """Time (s) from the robot's arrival to the brick's landing, negative for a late robot."""
         return self.available - self.needed
 
     @property
@@ -89,11 +89,11 @@ def drive_time(distance: float, parameters: Parameters) -> float:
     """
     Return the time (s) from a decision until the platform is under a brick.
 
-    If all nodes run on one machine, the command latency is at most 0.11 s. Three message
-    transports (goal, pose and transform) take 1.2 ms. The wait for the next cycle of turtle_robot
-    takes 10 ms, and the wait for its next transform takes another 10 ms. turtlesim's queue (six
-    newer commands, one tick and a transport) takes 76.4 ms. The remaining 12.4 ms are for the next
-    physics step and the operating system. Leveling the platform takes less than 0.11 s.
+    If all nodes run on one machine, the command latency is at most 0.11 s. Transporting three
+    messages (goal, pose and transform) takes 1.2 ms. Waiting for turtle_robot's next cycle and
+    next transform takes up to 10 ms each. turtlesim's queue delays a command by up to 76.4 ms (one
+    transport, six newer commands and one tick). The remaining 12.4 ms are for the next physics
+    step and the operating system. Leveling the platform takes less than 0.11 s.
 
     :param distance: horizontal distance (m) from the platform axis to the brick
     """
@@ -104,7 +104,7 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
 
 def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Parameters) -> float:
-    """Return the maximum time (s) until the level platform is under a point (m, world frame)."""
+    """Return the maximum time (s) from a decision until the level platform is under a point."""
     distance = robot.distance_to(point)
     if not robot.is_at_rest:
         return drive_time(distance + parameters.max_velocity * parameters.command_latency,
@@ -116,7 +116,7 @@ def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Paramet
 
 def guaranteed_distance(height: float, parameters: Parameters) -> float:
     """
-    Return the largest distance (m) at which a robot at rest is guaranteed to catch a brick.
+    Return the largest distance (m) to a brick that a robot at rest is guaranteed to catch.
 
     The distance is -infinity if no catch is guaranteed. `height` (m) is the height of the brick's
     center at the release.

@@ -59,7 +59,7 @@ class RobotTracker:
         self.state: RobotState | None = None
         """State of the robot at its latest transform time, or None if the robot is unavailable."""
         self.response_time = 0.0
-        """Last robot response time (s) that exceeded the command latency, or 0 if none has."""
+        """Last response time (s) of the robot above the command latency, or 0 if there is none."""
         self._latency = command_latency
         self._stamp = 0
         self._last_motion = 0
@@ -70,7 +70,7 @@ class RobotTracker:
         """Time (ns) of a goal that a robot at rest has yet to respond to, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
-        """Record the platform at a given time (ns), or None if the robot is unavailable."""
+        """Update `state` from a platform at a given time (ns), or clear it without a platform."""
         if platform is None:
             self.state = self._awaited_goal_time = None
             return
@@ -99,11 +99,11 @@ class RobotTracker:
             self._tilt_time = now
 
     def _time_since(self, time: float) -> float:
-        """Return the time (s) from a given time (ns) to the latest transform."""
+        """Return the time (s) from a given time (ns) to the latest transform of the platform."""
         return (self._stamp - time) * SECONDS_PER_NS
 
     def _measure_response(self, still: int, moved: int) -> None:
-        """Measure the response time of a robot that began to move between two times (ns)."""
+        """Store the response time of a robot that moved late, between two given times (ns)."""
         goal_time, self._awaited_goal_time = self._awaited_goal_time, None
         if goal_time is not None and (still - goal_time) * SECONDS_PER_NS > self._latency:
             self.response_time = (moved - goal_time) * SECONDS_PER_NS

@@ -82,7 +82,7 @@ class TurtlePose(NamedTuple):
 
 
 def _normalize(angle: float) -> float:
-    """Return the equivalent angle (rad) in [-pi, pi), or NaN if the angle is not finite."""
+    """Return an angle (rad) reduced to [-pi, pi), or NaN if the angle is not finite."""
     try:
         return angle - _TWO_PI * math.floor((angle + _PI) / _TWO_PI)
     except (OverflowError, ValueError):
@@ -125,7 +125,7 @@ class Turtle:
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
-        """Take the oldest command from the queue in the first half of a tick."""
+        """Execute the first half of a tick, which takes the oldest command from the queue."""
         if self._queue:
             self._linear_x, linear_y, self._angular = self._queue.popleft()
             if self.holonomic:
@@ -133,7 +133,7 @@ class Turtle:
             self._commanded_at = now
 
     def update(self, now: float) -> TurtlePose:
-        """Move the turtle in the second half of a tick and return the new pose."""
+        """Execute the second half of a tick, which moves the turtle, and return the new pose."""
         self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
@@ -225,7 +225,7 @@ class TurtleSim:
         """
         Execute one 16 ms tick and return the turtles' poses, keyed by name.
 
-        The first call takes commands and starts turtlesim's clock, but does not return any poses.
+        The first call takes one command from each turtle's queue, but does not return any poses.
         """
         if not self._started:
             self._started = True

@@ -38,8 +38,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS for infrequent messages that late-joining subscribers must also receive."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""QoS for state subscriptions. A lost message does not delay later messages. The queue holds the
-messages of 0.2 s at a rate of 450 transforms per second."""
+"""QoS for state subscriptions. A lost message does not delay later messages. At 450 messages per
+second, the queue holds the messages received in 0.2 s."""
 
 MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
@@ -173,7 +173,7 @@ class GuardedListener(TransformListener):
     def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
         """Store and return all valid transforms in a message received at `now` (ns)."""
         if now < self._last:
-            # The clock was set back. Without clear(), old transforms would remain the latest ones.
+            # The clock was set back. Without clear(), previous transforms would stay the latest.
             self.buffer.clear()
             self._next_warning = 0
         self._last = now
