@@ -54,7 +54,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical parameter of the robot, or a typical value if none is known."""
+        """Return a physical robot parameter, or a typical value if the parameter is unknown."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
@@ -93,7 +93,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send a goal (m) and return the completed drive, or None if no robot accepts goals."""
+        """Send a goal position (m) and return the completed drive, or None if no goal was sent."""
         if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
@@ -113,7 +113,7 @@ class GraphClient:
         return drive
 
     def call(self, service: str, position: Sequence[float] | None = None) -> Request:
-        """Call 'place' with a position (m) or 'drop' without a position, and return the result."""
+        """Call the service 'place' (with a position in m) or 'drop', and return the result."""
         begin = time_ns()
         try:
             self.wait_until(lambda: self.has_service(service), self.timeout)
@@ -137,7 +137,7 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def _fill_release(self, request: Any) -> None:
-        """Set each number in a drop request to gravity_accel, and record this assumption."""
+        """Set all numbers in a drop request to gravity_accel, and note that this is assumed."""
         for owner, name in number_fields(request):
             gravity = self.number('gravity_accel')
             setattr(owner, name, gravity)

@@ -30,9 +30,9 @@ MIN_FALL = 1e-5
 LANDING_NS = 40_000_000
 """Duration (ns) at a constant height after which a brick is considered to have landed."""
 FLOATING_NS = 150_000_000
-"""Time (ns) without motion after which a brick that has slid is considered to be floating."""
+"""Time (ns) without motion after which a brick that slid on the platform counts as floating."""
 MIN_SLIDE = 0.02
-"""Minimum distance (m) that a brick must slide before it is considered to be floating."""
+"""Minimum distance (m) that a brick must slide on the platform before it can count as floating."""
 TILTED, LEVEL = 0.05, 0.02
 """Minimum inclination (rad) of a tilted platform and maximum inclination of a level platform."""
 MARGIN = 0.15
@@ -68,11 +68,11 @@ class DropWatch:
         self.refusals: list[int] = []
         self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if a catch is optional.
+        self.should_be_caught: bool | None = None  # None if the brick may be caught or missed.
 
     @property
     def decided(self) -> int | None:
-        """Return the time (ns) of the first goal or "Unreachable" marker. The default is None."""
+        """Return the time (ns) of a drop's first goal or "Unreachable" marker (default: None)."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:

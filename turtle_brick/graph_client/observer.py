@@ -52,7 +52,7 @@ def load_type(name: str) -> Any:
 
 
 def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
-    """Yield each floating-point field as a pair of its (possibly nested) message and its name."""
+    """Yield the owner (the message or a nested message) and name of each floating-point field."""
     for name, kind in message.get_fields_and_field_types().items():
         if kind in ('double', 'float'):
             yield message, name
@@ -61,7 +61,7 @@ def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
 
 
 def fill_position(message: Any, position: Sequence[float]) -> int:
-    """Set the position fields of a message, such as x or brick_x. Return the number of fields."""
+    """Write a position (m) to message fields such as x or brick_x. Return the number of fields."""
     count = 0
     for owner, name in number_fields(message):
         if count < len(position) and 'xyz'[count] in name.lower().split('_'):
@@ -71,7 +71,7 @@ def fill_position(message: Any, position: Sequence[float]) -> int:
 
 
 def fill_angle(message: Any, angle: float) -> bool:
-    """Set the first floating-point field of a message, and return whether such a field exists."""
+    """Write an angle (rad) to a message's first floating-point field. Return whether it exists."""
     for owner, name in number_fields(message):
         setattr(owner, name, float(angle))
         return True
@@ -251,7 +251,7 @@ class Observer(Node):
         return self._publishers_by_topic.get(topic)
 
     def send_goal(self, x: float, y: float) -> bool:
-        """Send a goal (m) in the world frame, and return whether the goal was published."""
+        """Send a goal position (m) in the world frame. Return whether the goal was published."""
         return self._send('goal_pose', lambda goal: fill_position(goal, (x, y)) == 2)
 
     def send_tilt(self, angle: float) -> bool:
@@ -303,7 +303,7 @@ class Observer(Node):
             self.record.note(f'assumed: {name} is {found[0]}{kinds}')
 
     def service_client(self, name: str) -> Any:
-        """Return the client for 'place' or 'drop', or raise LookupError if there is no server."""
+        """Return the client for 'place' or 'drop', or raise LookupError if it cannot be used."""
         service = self.resolve_service_name(self.record.profile.services[name])
         types = dict(self.get_service_names_and_types()).get(service)
         if not types:

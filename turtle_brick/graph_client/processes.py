@@ -53,7 +53,7 @@ def launch_error(output: str) -> str:
 
 
 def explain_missing(error: str) -> str:
-    """Return an error message with a note on what the environment or the workspace lacks."""
+    """Return an error message extended with the place where a package or module is missing."""
     error = error.partition(', searching: ')[0].strip('"')
     for name in (a or b for a, b in MISSING.findall(error)):
         place = 'workspace' if name.startswith('turtle_brick') else 'environment'
@@ -134,7 +134,7 @@ class Process(AbstractContextManager['Process']):
                 f'{" / ".join(lines[-3:]) or "no output"}')
 
     def send(self, number: int) -> None:
-        """Send a signal unless the process has exited."""
+        """Send a signal to the process unless the process has exited."""
         self._popen.send_signal(number)
 
     def wait_for_output(self, pattern: str, timeout: float) -> re.Match[str]:
@@ -149,7 +149,7 @@ class Process(AbstractContextManager['Process']):
                                f'it printed:\n{self.output}')
 
     def wait(self, timeout: float) -> int:
-        """Wait until the process exits and return its status, or raise TimeoutError."""
+        """Wait until the process exits and return the exit status, or raise TimeoutError."""
         try:
             status = self._popen.wait(timeout)
         except subprocess.TimeoutExpired:
@@ -159,7 +159,7 @@ class Process(AbstractContextManager['Process']):
         return status
 
     def stop(self, number: int = signal.SIGINT, timeout: float = END_TIME) -> int:
-        """Send a signal, wait until the process exits, and return the exit status."""
+        """Send a signal to the process, wait until it exits, and return the exit status."""
         self.send(number)
         return self.wait(timeout)
 

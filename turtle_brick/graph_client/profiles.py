@@ -58,7 +58,7 @@ class Profile:
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':
-        """Return a profile with default names and parameters from the attributes of an object."""
+        """Return a profile with default names and the physical parameters in `parameters`."""
         return cls(numbers={name: getattr(parameters, name) for name in NUMBERS})
 
     def load(self, path: Path) -> None:

@@ -132,7 +132,7 @@ class Frame:
         return in_time_span(self.samples, begin, end, stamp_of_sample)
 
     def at(self, stamp: int) -> Sample | None:
-        """Return the interpolated transform at a time (ns), or None without data near it."""
+        """Return the stored or interpolated transform at a time (ns), or None if unavailable."""
         if self.static:
             return self.published[0][1]
         index = bisect_left(self.samples, stamp, key=stamp_of_sample)
@@ -163,7 +163,7 @@ class Record:
         self.publishers: dict[str, set[str]] = {}  # Full names of nodes that publish each topic.
         self.latched: dict[str, bool] = {}  # Whether all publishers of each topic are latched.
         self.idle: list[tuple[int, int]] = []
-        self.driving: list[tuple[int, int]] = []  # Time spans (ns) that contain several drives.
+        self.driving: list[tuple[int, int]] = []  # Time spans (ns) of consecutive drives.
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
@@ -226,7 +226,7 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return the brick's position (m) in the platform frame, or None if a pose is unknown."""
+        """Return the brick position (m) in the platform frame, or None if one pose is unknown."""
         brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 
@@ -244,7 +244,7 @@ class Record:
 
     def joint(self, name: str, begin: int, end: int,
               field: str = 'position') -> list[tuple[int, float]]:
-        """Return the timestamps (ns) and positions (rad) or velocities (rad/s) of a joint."""
+        """Return a joint's times (ns) and `field` values (position in rad, velocity in rad/s)."""
         return [(stamp_of(state), value) for state in self.messages('joint_states', begin, end)
                 for joint, value in zip(state.message.name, getattr(state.message, field))
                 if joint == name]

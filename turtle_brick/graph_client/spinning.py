@@ -46,7 +46,7 @@ class Spinner:
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Spin until a condition holds. After a timeout (s), raise TimeoutError naming `what`."""
+        """Spin until a condition holds, or raise TimeoutError with `what` after a timeout (s)."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:

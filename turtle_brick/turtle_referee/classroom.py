@@ -107,7 +107,7 @@ def find_launch_files(share: Path) -> list[str]:
 
 def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments: Sequence[str],
                  command: Sequence[str]) -> int:
-    """Judge a launched graph and return the exit status, or raise LookupError if none exists."""
+    """Launch and judge a graph. Return the exit status, or raise LookupError without a result."""
     print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
     with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()),
                   sys.executable, '-c', JUDGE, str(Path(__file__).parents[1]), *arguments, '--',

@@ -42,7 +42,7 @@ DISCOVERY_TIME = 10.0
 COMPLETION_TIME = 20.0
 """Maximum time (s) between the start of the first node and the start of the last node."""
 TIME_LIMIT = 50.0
-"""Time (s) after the discovery of the graph beyond which no brick is dropped."""
+"""Time limit (s) from the discovery of the graph to the start of the last drop."""
 LEG, MIN_LEG = 1.5, 0.3
 """Maximum and minimum length (m) of a drive. Slow robots drive shorter distances."""
 EDGE_DISTANCE = 0.3
@@ -50,7 +50,7 @@ EDGE_DISTANCE = 0.3
 
 
 class PlannedDrop(NamedTuple):
-    """A drop whose starting position is computed from the time available to the robot."""
+    """A drop whose starting position is computed from the robot's driving and spare time."""
 
     description: str
     direction: float  # Direction (turns) from the arena center.
@@ -91,7 +91,7 @@ class Trial(GraphClient):
         self.program = program
 
     def run(self) -> None:
-        """Run the whole program."""
+        """Discover the graph, and send all planned requests to the graph."""
         if self.discover():
             self.end = monotonic() + TIME_LIMIT
             self.rest()
@@ -125,7 +125,7 @@ class Trial(GraphClient):
         return True
 
     def is_empty(self) -> bool:
-        """Return whether no graph was found, ignoring TF, which several namespaces may share."""
+        """Return whether no graph was found, judged without TF because namespaces may share TF."""
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:
@@ -171,7 +171,7 @@ class Trial(GraphClient):
         self.drive_to(CENTER)
 
     def tilt(self) -> None:
-        """Tilt the platform to each angle in the test program."""
+        """Tilt the platform to each planned angle."""
         self.log('tilting')
         for angle in self.program.tilts:
             begin, is_sent = time_ns(), self.observer.send_tilt(angle)
@@ -212,6 +212,6 @@ class Trial(GraphClient):
 
 
 def offset_by(start: Sequence[float], direction: float, distance: float) -> tuple[float, float]:
-    """Return the point at a given distance (m) and direction (turns) from a starting point."""
+    """Return the point at a distance (m) and in a direction (turns) from a starting point."""
     angle = 2.0 * pi * direction
     return start[0] + distance * cos(angle), start[1] + distance * sin(angle)

@@ -50,7 +50,7 @@ SLIDE_DEVIATION = 0.04
 EARLY_END, LATE_END = 0.02, 0.08
 """Maximum overlap (m) and maximum gap (m) between brick and platform at the end of a slide."""
 CUBE, TEXT, ADD = 1, 9, 0
-"""Two marker types and one marker action from visualization_msgs/Marker."""
+"""The marker types CUBE and TEXT_VIEW_FACING, and the marker action ADD."""
 MIN_WALL_LENGTH = 5.0
 """Minimum length (m) of a box marker that is considered to be a wall."""
 STEP = 1.0 / PHYSICS_RATE
@@ -91,7 +91,7 @@ def shown_markers(record: Record) -> list[ReceivedMarker]:
 
 
 def walls(record: Record) -> list[ReceivedMarker]:
-    """Return box markers that are at least MIN_WALL_LENGTH long, or raise Failed if none is."""
+    """Return the box markers at least MIN_WALL_LENGTH long, or raise Failed if there are none."""
     return require([
         received for received in shown_markers(record) if received.marker.type == CUBE
         and max(received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH
@@ -465,7 +465,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return all relevant drops that ended with a landing, or raise Open if there are none."""
+    """Return all drops with a landing that pass `is_relevant`, or raise Open if there are none."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
@@ -480,7 +480,7 @@ def name_of(drop: DropWatch) -> str:
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
       'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
 def verdicts_come_in_time(record: Record) -> Finding:
-    # If the brick falls onto a robot at rest, the catcher need not publish a verdict.
+    # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
     faults = []
     for drop in drops:
@@ -502,7 +502,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers, or raise Failed (Open if no brick was out of reach)."""
+    """Return the "Unreachable" markers, or raise Failed or, if no brick was out of reach, Open."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
@@ -520,7 +520,7 @@ def text_is_a_text(record: Record) -> Finding:
 
 
 def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
-    """Return the time (s) from the first text marker to the expiration or deletion of the text."""
+    """Return the time (s) from the publication of a text to its expiration or deletion."""
     first, last = published[0], published[-1]
     deleted = [received.published for received in record.markers if received.topic == last.topic
                and received.marker.action in DELETE_ACTIONS

@@ -94,14 +94,14 @@ class RobotModel:
         return self.pose(joint.child, positions).axes @ joint.axis
 
     def solid(self, link: str, kind: str) -> Solid:
-        """Return a link's first solid of a given kind, or raise Failed if there is none."""
+        """Return a link's first visual element of a given kind, or raise Failed if none exists."""
         for solid in self.links.get(link, ()):
             if solid.kind == kind:
                 return solid
         raise Failed(f'{link} has no {kind}')
 
     def center(self, link: str, solid: Solid) -> Array:
-        """Return the position (m) of a link's solid in the root frame."""
+        """Return the position (m) of a link's visual element in the root frame."""
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:

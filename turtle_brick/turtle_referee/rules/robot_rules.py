@@ -216,7 +216,7 @@ def odometry_equals_tf(record: Record) -> Finding:
             off.append(dist(there.position[:2], sample.pose.position[:2]))
             turned.append(angle_between(there.axes[:, 0], sample.pose.axes[:, 0]))
     require(off or None, 'no transform at the time of any odometry message')
-    # Between two transforms, the robot may have moved for one turtlesim tick (16 ms).
+    # Between two transforms, the robot may have moved for one turtlesim time step (16 ms).
     allowed = number(record, 'max_velocity') * 0.016 + EXACT
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
     return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)
@@ -380,7 +380,7 @@ def goals_are_reached(record: Record) -> Finding:
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
-    """Yield each pose's distance (m) beyond the goal and beside the line from start to goal."""
+    """Yield each pose's distances (m) past the goal and left of the line from start to goal."""
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
@@ -415,7 +415,7 @@ def speed_is_limited(record: Record) -> Finding:
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
-    """Return the distances (m) that the robot drove and the wheel rolled (< 0 if backward)."""
+    """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
     joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
     driven = rolled = direction = 0.0
     angles = record.joint(joint.name, drive.begin, drive.end)

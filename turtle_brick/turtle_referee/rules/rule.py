@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 MAX_COUNT = 1000
-"""Approximate maximum number of samples to evaluate. More samples would only take more time."""
+"""Number of samples that suffice for a judgment. Rules evaluate fewer than twice as many."""
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
@@ -172,7 +172,7 @@ def number(record: Record, name: str) -> float:
 
 
 def thin(items: Iterable[Value]) -> list[Value]:
-    """Return evenly spaced items of a sequence, fewer than twice MAX_COUNT in total."""
+    """Return fewer than twice MAX_COUNT evenly spaced items of a sequence."""
     items = list(items)
     return items[::max(len(items) // MAX_COUNT, 1)]
 
@@ -208,7 +208,7 @@ def require_accepted(request: Request | None) -> Request:
 
 
 def largest(values: Iterable[float]) -> float:
-    """Return the largest value, NaN if any value is NaN, or 0 if there are no values."""
+    """Return the largest value (NaN if any value is NaN, 0 if there are no values)."""
     values = list(values)
     return next((value for value in values if value != value), max(values, default=0.0))
 
