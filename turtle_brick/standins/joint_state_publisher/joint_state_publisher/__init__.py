@@ -126,7 +126,7 @@ class Gui(JointStatePublisher):
                 {name: event.target.value}))
 
     def move(self, choose: Callable[[float, float, float], float]) -> None:
-        """Set each joint to the result of `choose` for the joint's limits and zero position."""
+        """Set each joint position to choose(minimum, maximum, zero position)."""
         def update() -> None:
             for name, limits in self.limits.items():
                 self.sliders[name].value = self.positions[name] = choose(*limits)

@@ -49,7 +49,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all launch arguments, also from included files, and whether each is required."""
+        """Return all arguments of this and included launch files, and whether each is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -62,7 +62,7 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return all launch arguments, even those in included files, without duplicate names."""
+        """Return the launch arguments of this and all included files, without duplicate names."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -90,7 +90,7 @@ def get_launch_description_from_python_launch_file(path):
 
 @cache
 def extensions(group):
-    """Return the entry points in a group, keyed by name. Without the cache, this takes 5 ms."""
+    """Return the entry points in a group, keyed by name. Without the cache, a call takes 5 ms."""
     return {each.name: each for each in entry_points(group=group)}
 
 
@@ -205,7 +205,7 @@ class LaunchContext:
                 self.locals.event = outer
 
     def visit(self, entity):
-        """Unless its condition is false, execute an entity and the entities that it returns."""
+        """Execute an entity, unless its condition is false, and all entities that it returns."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)

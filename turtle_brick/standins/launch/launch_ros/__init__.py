@@ -137,7 +137,7 @@ def evaluate_dict(context, parameters, prefix=''):
 
 
 def join_namespaces(base, namespace):
-    """Append a namespace to a base namespace, or return the namespace alone if it is absolute."""
+    """Append a namespace to a base namespace, or ignore the base if the namespace is absolute."""
     from rclpy.validate_namespace import validate_namespace
     if base is None or namespace and namespace.startswith('/'):
         base = ''
@@ -259,7 +259,7 @@ def parameter(element):
 
 
 def parameter_value(value, kind, convert):
-    """Convert the value of a `param` element, or return its substitutions if it has any."""
+    """Convert the value of a `param` element, or return the substitutions in the value, if any."""
     parts = substitute(value) if isinstance(value, str) else ()
     if all(isinstance(part, TextSubstitution) for part in parts):
         return convert(perform(None, parts), kind) if parts else value

@@ -38,7 +38,7 @@ FIXED = ('fixed', 'planar')
 
 ATTRIBUTES: dict[str, dict[str, str]] = yaml.safe_load(
     Path(__file__).with_name('attributes.yaml').read_text(encoding='utf-8'))
-"""Type of each attribute of each element: text, number or vector, and `required` if mandatory."""
+"""Types of each element's attributes: text, number or vector, with `required` if mandatory."""
 
 JOINT_PARTS = ('origin', 'axis', 'limit', 'safety_controller', 'calibration', 'mimic', 'dynamics')
 NUMBER = re.compile(r'\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?', re.ASCII)
@@ -159,7 +159,7 @@ def by_name(elements: Iterable[Element]) -> dict[str, Element]:
 
 
 def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[Joint]]:
-    """Return the root link and the joints of the tree, or raise ValueError if there is no tree."""
+    """Return the root link and joints of the tree, or raise ValueError if no tree is formed."""
     for joint in joints:
         for end in (joint.parent, joint.child):
             if end not in links or not end:

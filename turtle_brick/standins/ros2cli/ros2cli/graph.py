@@ -43,14 +43,14 @@ Time limits for discovery, counted in spins because each spin takes longer on a 
 Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
 graph is known if it is complete and its names have not changed for KNOWN spins. A command for one
 node, topic or service waits only until this entity has not changed for FOUND spins. After MISSING
-spins, an entity that has not been found, or every node of an empty graph, counts as absent.
+spins, an entity that has not been found counts as absent, and a graph without nodes as empty.
 """
 
 SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service and for the service response."""
 
 LEAVE_TIMEOUT = 10
-"""Timeout (s) for leaving the graph, required because Fast DDS blocked in 1 of 700 cases."""
+"""Timeout (s) for leaving the graph. Without a timeout, Fast DDS blocked in 1 of 700 cases."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
@@ -95,7 +95,7 @@ class GraphNode(Node):
             raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Spin until the graph, or only the entity that `found` returns, is known or absent."""
+        """Spin until the graph or, if `found` is given, the result of found(self) is known."""
         state, unchanged = None, 0
         for _ in range(LIMIT):
             previous, state = state, found(self) if found else (
@@ -180,7 +180,7 @@ def exit_after(seconds, status):
 
 
 def visible(names_and_types, hidden):
-    """Return types keyed by name, and omit hidden names unless `hidden` is true."""
+    """Return topic or service types keyed by name, including hidden names if `hidden` is true."""
     return {name: types for name, types in names_and_types
             if hidden or not topic_or_service_is_hidden(name)}
 

@@ -44,7 +44,7 @@ def interface(name, kind, problem):
 
 
 def read_values(args):
-    """Return the values of message fields from the command line or from standard input."""
+    """Read the values of message fields from the command line or from standard input."""
     return yaml.safe_load(sys.stdin.read() if args.stdin else args.values)
 
 

@@ -66,7 +66,7 @@ def pkg_prefix(args):
 
 
 def requested_kinds(args):
-    """Return the requested interface kinds (default: all), keyed by heading."""
+    """Return the requested interface kinds (default: all) with headings such as 'Messages'."""
     kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
     return {heading: kind for heading, kind in kinds.items()
             if getattr(args, f'only_{kind}s')} or kinds
@@ -216,7 +216,7 @@ def show_arguments(path):
 
 
 def launch_file(package, name):
-    """Return the path of a launch file in the share directory of a package or in a subfolder."""
+    """Return the path of a launch file in or below the share directory of a package."""
     try:
         share = index.get_package_share_directory(package)
     except index.PackageNotFoundError as error:

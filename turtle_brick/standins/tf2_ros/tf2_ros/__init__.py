@@ -83,7 +83,7 @@ class Buffer(BufferCore):
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
                       ) -> bool | tuple[bool, str]:
-        """Return whether a transform becomes available in time, optionally with an explanation."""
+        """Return whether a transform is available within a timeout, and optionally a reason."""
         def answer() -> tuple[bool, str]:
             return self.can_transform_core(target_frame, source_frame, time)
 
@@ -130,7 +130,7 @@ class TransformListener:
             raise TypeError(missing('spin_thread'))
         self.buffer = buffer
         self.node = node
-        # A reentrant callback group receives transforms while another callback waits for them.
+        # A reentrant group lets these callbacks store transforms while another callback waits.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = node.create_subscription(
             TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),

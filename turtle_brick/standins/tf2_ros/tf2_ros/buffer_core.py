@@ -64,7 +64,7 @@ class InvalidArgumentException(TransformException):
 
 
 class TimeoutException(TransformException):
-    """Indicates that a transform did not arrive in time."""
+    """Defined as in tf2, but never raised in this stand-in."""
 
 
 class NoDataError(Exception):
@@ -335,7 +335,7 @@ class BufferCore:
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # The paths from the two frames may meet before a gap in the path from the source frame.
+        # Even if the path from the source frame has a gap, both paths may meet before the gap.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
@@ -349,7 +349,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last reachable ancestor of a frame, the frame's pose in it, and any error."""
+        """Follow the parents of a frame. Return the last frame, the pose in it, and any error."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -376,7 +376,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor and the latest time (ns) common to all transforms up to it."""
+        """Yield all ancestors of a frame and the latest common times (ns) of the paths to them."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

@@ -64,7 +64,7 @@ def quaternion_about_axis(angle: float, axis: Sequence[float]) -> tuple:
 
 
 def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[float]) -> tuple:
-    """Return the product of two quaternions, which applies the second rotation first."""
+    """Return the product of two quaternions. The product applies the second rotation first."""
     return _w_last(quaternions.qmult(_w_first(quaternion1), _w_first(quaternion0)))
 
 

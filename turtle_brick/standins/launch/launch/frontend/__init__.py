@@ -44,7 +44,7 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the function arguments that a launch file can set, and those that it must set."""
+    """Return the function arguments that launch files can set, and the required arguments."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
@@ -102,7 +102,7 @@ def split(text):
 
 
 def on_exit(text):
-    """Return the actions that an `on_exit` attribute with a given value requests."""
+    """Return the actions for the value of an `on_exit` attribute, which must be 'shutdown'."""
     if text == 'shutdown':
         return [actions.Shutdown()]
     raise ValueError('Attribute on_exit of Entity node expected to be shutdown but got '
@@ -145,7 +145,7 @@ def attributes(element, known, needed=()):
 
 
 def take(elements, tag, *names):
-    """Remove all elements with a given tag from a list, and return their named attributes."""
+    """Remove elements with a given tag from a list, and return the values of given attributes."""
     taken = [[attributes(each, names, names)[name] for name in names] for each in elements
              if each.tag == tag]
     elements[:] = [each for each in elements if each.tag != tag]
