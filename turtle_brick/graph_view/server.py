@@ -17,6 +17,7 @@
 import asyncio
 from collections.abc import Callable
 import socket
+from threading import Thread
 from typing import TypeVar
 
 import rich
@@ -47,6 +48,14 @@ class PageServer:
             name = f'[{name}]'
         self.url = f'http://{name}:{self.port}'
         """Address of the page."""
+
+    def stop(self) -> None:
+        """
+        Close the page without waiting for the browsers.
+
+        viser waits up to 6 s for connections on which a browser has not sent a request yet.
+        """
+        Thread(target=self.viser.stop, daemon=True).start()
 
     def update(self, function: Callable[[], Result]) -> Result:
         """

@@ -183,7 +183,7 @@ class Viewer(Node):
 
     def destroy_node(self) -> None:
         """Stop the server and destroy the node."""
-        self.server.viser.stop()
+        self.server.stop()
         super().destroy_node()
 
     def place(self, position: Vector, on_success: Callable[[], None] = lambda: None) -> None:

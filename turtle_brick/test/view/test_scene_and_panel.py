@@ -42,7 +42,7 @@ def page():
     calls = []
     panel = Panel(server.viser, Scene(server.viser), lambda *command: calls.append(command))
     yield SimpleNamespace(panel=panel, calls=calls, viser=server.viser)
-    server.viser.stop()
+    server.stop()
 
 
 def test_objects_are_added_moved_changed_and_removed(page):

@@ -135,7 +135,7 @@ class Gui(JointStatePublisher):
 
     def destroy_node(self) -> None:
         """Stop the web server and destroy the node."""
-        self.server.viser.stop()
+        self.server.stop()
         super().destroy_node()
 
 
