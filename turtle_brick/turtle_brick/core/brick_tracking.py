@@ -52,7 +52,7 @@ class Fall(NamedTuple):
         return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
-        """Predict the height (m) of the brick's center at a given time (ns)."""
+        """Return the predicted z coordinate (m) of the brick's center at a given time (ns)."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
 
