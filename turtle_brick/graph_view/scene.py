@@ -71,7 +71,7 @@ class BrowserCamera:
             self._requested.append(position)
 
     async def _on_update(self, camera: viser.CameraHandle) -> None:
-        """Stop following the view if the browser reports an unrequested camera position."""
+        """Stop adjusting the camera if the browser reports a position that was not requested."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
             # The browser has reset the camera. A narrow page also does so after loading.
             self.set_view(NEAR_VIEW)

@@ -146,7 +146,7 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether the output contains a match for a pattern, or n for [pattern, n]."""
+        """Return whether the output has a match for a pattern, or n matches for [pattern, n]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 

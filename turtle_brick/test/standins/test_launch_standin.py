@@ -337,7 +337,7 @@ def runs(files, tmp_path_factory, request):
 
 
 def by_source(text):
-    """Group output lines by process or logger, because lines of two sources may interleave."""
+    """Group output lines by process or logger, because different sources may interleave."""
     lines_by_source, source = {}, ''
     text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice

@@ -109,7 +109,7 @@ def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped |
 
 
 def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
-    """Return the pose of a moving frame in world, or None if the pose is unknown or too old."""
+    """Return the pose of a frame in the world frame, or None if the pose is unknown or too old."""
     transform = recent_transform(buffer, frame, now)
     return pose_of(transform.transform) if transform else None
 

@@ -32,7 +32,7 @@ from turtle_brick.tools.simulation import outcome_counts, simulate_drop, Simulat
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
-"""Release heights (m), and horizontal distances (m) from the robot at the arena's center."""
+"""Heights (m) of the brick above the ground and horizontal distances (m) from the robot."""
 
 WORST_DELAYS = (
     ('third sample of the fall', 3 * DT),
@@ -85,7 +85,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Plot the outcomes of all drops and the maximum delays before the robot moves."""
+    """Plot the outcome of each drop, and the upper bounds of the delays before the robot moves."""
     with new_figure(path, 7.6, 6.6) as figure:
         plane, chain = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
         for outcome, color, mark in (('caught', CAUGHT, 'o'), ('refused', '#e8b59f', 'o'),
