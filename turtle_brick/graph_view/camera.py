@@ -47,7 +47,7 @@ away in a single update."""
 
 
 class View(NamedTuple):
-    """A camera direction with optional points to keep in the picture."""
+    """A camera direction, and optional points that must stay in view."""
 
     direction: Vector
     """Direction in the world frame. A vertical direction is not allowed."""

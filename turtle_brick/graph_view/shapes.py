@@ -85,7 +85,7 @@ class SceneObject(NamedTuple):
 
     shapes: tuple[Shape, ...]
     pose: Pose  # Pose of the shapes' frame in the fixed frame.
-    label: str = ''  # Label at the axes of the frame. Without a label, the axes are hidden.
+    label: str = ''  # Text beside the axes of the frame. Without text, the axes are hidden.
 
 
 class RobotShapes(NamedTuple):

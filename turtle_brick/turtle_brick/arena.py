@@ -161,7 +161,7 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # A newly released brick stays still in these steps, so `drop` responds before a fall.
+            # A newly released brick stays still, so that `drop` responds before the fall begins.
             if not self.just_released:
                 self.world.step()
             transforms.append(self.brick_transform(time))

@@ -24,9 +24,9 @@ Releasing the brick starts a fall. Placing the brick makes it hover, regardless 
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
 height formula does not accumulate errors. A sliding brick accelerates at g sin(tilt).
 
-The location of the brick is that of its center. The brick touches the platform or the ground with
-its bottom. The assignment requires the brick to have the same inclination as the platform at all
-times, even while it hovers.
+The location of the brick is that of its center. Only the bottom of the brick can touch the
+platform or the ground. The assignment requires the brick to have the same inclination as the
+platform at all times, even while it hovers.
 
 A brick lands on the platform if the brick's center is within the platform's radius. A sliding
 brick leaves the platform when its entire bottom is outside this radius, because the assignment

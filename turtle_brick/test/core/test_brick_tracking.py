@@ -86,7 +86,7 @@ def test_brick_that_passes_the_platform_has_not_landed(tracker):
 
 @pytest.mark.parametrize('x', (5.0, 7.0))
 def test_brick_placed_at_its_resting_height_has_not_landed(tracker, x):
-    """A falling brick is placed at its resting height before it could have fallen that far."""
+    """A falling brick is placed on the platform before it could have fallen to the platform."""
     rest(tracker, drop(tracker, 1.0, 6.0, 5.0), (x, 5.0, REST_Z))
     assert tracker.fall is None and not tracker.has_landed
 
@@ -200,7 +200,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """At 1.5 rad, the maximum tilt_angle, the motion of a sliding brick is most like a fall."""
+    """At the maximum tilt_angle, 1.5 rad, a sliding brick most closely resembles a falling one."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now

@@ -59,7 +59,7 @@ def assert_100_hz(live, recordings):
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """An odometry message contains the latest velocity command and the pose in odom."""
+    """Odometry messages contain the latest velocity command and the robot's pose in odom."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare tf_transformations with recorded results of the real package."""
+"""Compare results of the tf_transformations stand-in with recordings of the real package."""
 
 import json
 from pathlib import Path

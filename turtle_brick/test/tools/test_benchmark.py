@@ -41,7 +41,7 @@ DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
 
 
 def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
-    """Return the record of a drop. In TF, robot motion starts `transformed` (ns) after RELEASE."""
+    """Return the record of a drop whose transforms show motion from RELEASE + `transformed`."""
     record = Record(Profile())
     record.frames = {BRICK: Frame(False), BASE_LINK: Frame(False)}
     for step in range(-5, 40):

@@ -82,7 +82,7 @@ def test_objects_are_added_moved_changed_and_removed(page):
 
 
 def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatch):
-    """A camera position that the browser reports late is not mistaken for a user's input."""
+    """A camera position that the browser reports late is not mistaken for user input."""
     browser = SimpleNamespace(client_id=1, image_width=800, image_height=600)
     browser.camera, browser.on_update = browser, lambda callback: setattr(
         browser, 'report',

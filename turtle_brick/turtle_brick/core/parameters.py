@@ -61,7 +61,7 @@ class Parameters:
     @classmethod
     def from_mapping(cls, mapping: Mapping[Any, Any]) -> 'Parameters':
         """
-        Check and convert the values in a mapping that may also contain other parameters.
+        Check and convert the parameters of this class in a mapping that may also contain others.
 
         :raises ParameterError: if a value is missing or invalid, or a name is misspelled
         """

@@ -104,7 +104,7 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
 
 def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Parameters) -> float:
-    """Return the maximum time (s) from a decision until the level platform is under a point."""
+    """Return the maximum time (s) that the level platform needs to reach a point."""
     distance = robot.distance_to(point)
     if not robot.is_at_rest:
         return drive_time(distance + parameters.max_velocity * parameters.command_latency,

@@ -103,7 +103,7 @@ class RobotTracker:
         return (self._stamp - time) * SECONDS_PER_NS
 
     def _measure_response(self, still: int, moved: int) -> None:
-        """Store the response time of a robot that moved late, between two given times (ns)."""
+        """Store the response time of a late robot, given its last rest and first motion (ns)."""
         goal_time, self._awaited_goal_time = self._awaited_goal_time, None
         if goal_time is not None and (still - goal_time) * SECONDS_PER_NS > self._latency:
             self.response_time = (moved - goal_time) * SECONDS_PER_NS

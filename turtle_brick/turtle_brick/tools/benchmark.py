@@ -149,7 +149,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the graph in two idle periods of a given duration (s) and during several drops."""
+    """Measure usage, rates and latency of the graph in two idle periods (s) and during drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

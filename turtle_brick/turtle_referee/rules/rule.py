@@ -199,7 +199,7 @@ def require_clear(record: Record, *names: str) -> None:
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return a request, or raise Failed with the response message if the request was refused."""
+    """Return a recorded request, or raise Failed with the text of the response that refused it."""
     if request is None or not request.answered:
         raise Absent(request and request.message or 'there was no response')
     if not request.accepted:
