@@ -24,7 +24,7 @@ Publishes at 100 Hz, even while the robot is at rest:
     odom (nav_msgs/Odometry): pose of base_link in the odom frame, and the latest command as the
         twist; published after the first turtle pose has arrived
     joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
-        stem_joint: direction of the last command that was not a correction of a few millimeters
+        stem_joint: direction of the last nonzero velocity command
         wheel_joint: angle of the wheel, which rolls without slipping
         platform_joint: angle received on the tilt topic
 

@@ -53,9 +53,6 @@ STOP_DISTANCE = 0.0005
 START_DISTANCE = 0.003
 """Distance (m) from the goal at which a stopped turtle starts moving again."""
 
-TURN_DISTANCE = 0.005
-"""Distance (m) from the goal within which position corrections do not turn the stem."""
-
 HIDDEN_COMMANDS = round((POSE_TIMEOUT + COMMAND_DELAY) / COMMAND_PERIOD)
 """Maximum number of published commands that a pose used for driving may not reflect yet."""
 
@@ -71,7 +68,7 @@ class Driver:
         self.arrived = False
         """Whether the turtle will be at its goal after executing all published commands."""
         self.stem_angle = 0.0
-        """Direction (rad) of the stem in the turtle's frame, unchanged by small corrections."""
+        """Direction (rad) of the stem in the turtle's frame: that of the last nonzero command."""
         self.predicts = True
         """Whether to use the predicted position. Using the latest pose would cause overshoot."""
         self.pose: TurtlePose | None = None
@@ -113,8 +110,7 @@ class Driver:
             return (0.0, 0.0)
         speed = min(self.max_velocity, distance / BRAKING_TIME)
         angle = atan2(dy, dx) - pose.theta
-        if distance > TURN_DISTANCE:
-            self.stem_angle = atan2(sin(angle), cos(angle))
+        self.stem_angle = atan2(sin(angle), cos(angle))
         return (speed * cos(angle), speed * sin(angle))
 
     def _predict(self, pose: TurtlePose) -> tuple[float, float]:
