@@ -141,8 +141,8 @@ class World:
         if not (isfinite(x) and isfinite(y) and isfinite(z)):
             raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
         if abs(x) + abs(y) + abs(z) > MAX_COORDINATE:
-            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is too far away because the '
-                             f'sum of its absolute coordinates exceeds {MAX_COORDINATE:g} m')
+            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is too far away because '
+                             f'|x| + |y| + |z| exceeds {MAX_COORDINATE:g} m')
         if z < self._half_height:
             raise ValueError(f'z is {z:g} m, but must be at least {self._half_height:g} m so that '
                              'the bottom of the brick is not below the ground')

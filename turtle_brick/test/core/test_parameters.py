@@ -100,8 +100,8 @@ def test_missing_and_misspelled_parameters_are_reported():
     ('tilt_angle: 0.7', '', 'missing parameters: tilt_angle'),
     ('tilt_angle: 0.7', 'tilt_angle: 1e-1', 'tilt_angle is 1e-1, which YAML reads as text. Write '
      '0.1 without quotes.'),
-    ('[7.5, 7.0, 8.0]', '[7, 7.5, 8]', 'brick_start is [7, 7.5, 8], but ROS requires numbers of '
-     'one kind. Write all of them with a decimal point.'),
+    ('[7.5, 7.0, 8.0]', '[7, 7.5, 8]', 'brick_start is [7, 7.5, 8], but ROS does not allow '
+     'lists that mix integers and floats. Write all numbers with a decimal point.'),
     ('/**:', 'arena:', "there are no parameters under '/**: ros__parameters:'"),
 ])
 def test_error_in_a_file_is_reported_with_its_path(

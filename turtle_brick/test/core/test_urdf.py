@@ -73,7 +73,7 @@ def test_impossible_dimensions_are_refused_with_one_sentence(tmp_path):
     path = written(tmp_path, {'wheel_raduis': 0.2, **DEFAULTS})
     path.write_text(path.read_text().replace('wheel_radius', 'wheel'))
     with pytest.raises(xacro.XacroException, match='wheel_radius is missing in the parameter file'
-                       ', which contains .*wheel_raduis'):
+                       '. Did you misspell it.*wheel_raduis'):
         xacro.process_file(str(XACRO), mappings={'params_file': str(path)})
 
 

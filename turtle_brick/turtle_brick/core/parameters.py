@@ -190,8 +190,8 @@ def _check_notation(name: str, value: Any) -> None:
             raise ParameterError(
                 f'{name} is {value}, which YAML reads as text. Write {number!r} without quotes.')
     if isinstance(value, list) and all(map(_is_number, value)) and len(set(map(type, value))) > 1:
-        raise ParameterError(f'{name} is {value!s:.80}, but ROS requires numbers of one kind. '
-                             'Write all of them with a decimal point.')
+        raise ParameterError(f'{name} is {value!s:.80}, but ROS does not allow lists that mix '
+                             'integers and floats. Write all numbers with a decimal point.')
 
 
 def main() -> int:
