@@ -107,10 +107,12 @@ async function start() {
   };
   const readAddress = () => {
     const settings = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+    const unknown = Object.keys(settings).filter(name => !form.elements[name]);
+    if (unknown.length) return $('error').textContent = `unknown settings in the address: ${unknown.join(', ')}`;
     for (const [name, value] of Object.entries(settings)) {
       const field = form.elements[name];
-      if (field?.type === 'checkbox') field.checked = true;
-      else if ([...field?.options ?? []].some(option => option.value === value)) field.value = value;
+      if (field.type === 'checkbox') field.checked = true;
+      else if ([...field.options ?? []].some(option => option.value === value)) field.value = value;
     }
     update(settings);
   };

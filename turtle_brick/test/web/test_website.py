@@ -141,8 +141,10 @@ def test_an_unreachable_brick_is_refused_with_the_reason(page):
 
 
 def test_an_invalid_address_is_refused_and_the_sliders_have_only_valid_values(page):
+    page.evaluate('location.hash = "max_velocty=5"')
+    page.wait_for('error.innerText === "unknown settings in the address: max_velocty"')
     page.evaluate('location.hash = "max_velocity=-5&gravity_accel=abc"')
-    page.wait_for('error.innerText')
+    page.wait_for('error.innerText.startsWith("max_velocity")')
     assert page.evaluate('error.innerText') == (
         'max_velocity is -5.0, but must be a number from 0.01 to 10 m/s')
     assert page.evaluate('form.max_velocity.value') == '3'
