@@ -137,7 +137,6 @@ class GraphClient:
                        str(getattr(response, 'message', '')))
 
     def _fill_release(self, request: Any) -> None:
-        """Set all numbers in a drop request to gravity_accel, and note that this is assumed."""
         for owner, name in number_fields(request):
             gravity = self.number('gravity_accel')
             setattr(owner, name, gravity)

@@ -24,7 +24,7 @@ DOMAINS = range(101)
 LAST_DOMAIN = 232
 """Maximum domain number that DDS supports."""
 PARTICIPANTS = 32
-"""Number of ports to check per domain, because the first ports of a domain in use may be free."""
+"""Number of ports to check per domain (the first ports of a domain in use may be free)."""
 MARK_PORT_BASE = 32768
 """Lowest TCP port used to reserve a domain, as in the domain_coordinator package of ROS 2."""
 RANGE_VARIABLES = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')

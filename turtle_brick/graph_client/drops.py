@@ -32,7 +32,7 @@ LANDING_NS = 40_000_000
 FLOATING_NS = 150_000_000
 """Time (ns) without motion after which a brick that slid on the platform counts as floating."""
 MIN_SLIDE = 0.02
-"""Minimum distance (m) that a brick must slide on the platform before it can count as floating."""
+"""Distance (m) that a brick must slide on the platform before it can count as floating."""
 TILTED, LEVEL = 0.05, 0.02
 """Minimum inclination (rad) of a tilted platform and maximum inclination of a level platform."""
 MARGIN = 0.15
@@ -68,7 +68,7 @@ class DropWatch:
         self.refusals: list[int] = []
         self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if the brick may be caught or missed.
+        self.should_be_caught: bool | None = None  # None if the robot may catch or miss the brick.
 
     @property
     def decided(self) -> int | None:

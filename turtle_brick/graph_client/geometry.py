@@ -28,7 +28,7 @@ ARENA_SIZE = 499.0 / 45.0
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
 """Center (m) of the arena, where turtlesim places the first turtle."""
 UPRIGHT: Array = numpy.eye(3)
-"""Rotation matrix of a frame that is not rotated (the identity matrix)."""
+"""Rotation matrix of an unrotated frame."""
 
 
 class Pose(NamedTuple):
@@ -71,12 +71,12 @@ def turn(axis: Iterable[float], angle: float) -> Array:
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
-    """Interpolate linearly between similar poses. The fraction is 0 at `a` and 1 at `b`."""
+    """Interpolate linearly between similar poses, from `a` (fraction 0) to `b` (fraction 1)."""
     return Pose(*(p + fraction * (q - p) for p, q in zip(a, b)))
 
 
 def angle_between(a: Array, b: Array) -> float:
-    """Return the angle (rad) between two vectors of similar length."""
+    """Return the angle (rad) between two vectors of approximately equal length."""
     return 2.0 * atan2(hypot(*(a - b)), hypot(*(a + b)))
 
 

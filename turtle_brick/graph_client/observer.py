@@ -52,7 +52,7 @@ def load_type(name: str) -> Any:
 
 
 def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
-    """Yield the owner (the message or a nested message) and name of each floating-point field."""
+    """Yield the containing message and the name of each floating-point field."""
     for name, kind in message.get_fields_and_field_types().items():
         if kind in ('double', 'float'):
             yield message, name
@@ -105,7 +105,6 @@ class PollingNode(Node):
     """
 
     def __init__(self, name: str = 'listener', **node_options: Any) -> None:
-        """Create a node without subscriptions and pass `node_options` to rclpy.node.Node."""
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._callbacks: list[tuple[Subscription, Callback]] = []
@@ -148,11 +147,11 @@ class PollingNode(Node):
 
 
 class Observer(Node):
-    """A node that records a running graph and sends requests of the types used in the graph."""
+    """A node that records a running graph and sends commands to the graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
                  **node_options: Any) -> None:
-        """Record the topics that a profile lists, and pass `node_options` to rclpy.node.Node."""
+        """Record the topics listed in a profile."""
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())
@@ -303,7 +302,7 @@ class Observer(Node):
             self.record.note(f'assumed: {name} is {found[0]}{kinds}')
 
     def service_client(self, name: str) -> Any:
-        """Return the client for 'place' or 'drop', or raise LookupError if it cannot be used."""
+        """Return a client for 'place' or 'drop', or raise LookupError if none can be created."""
         service = self.resolve_service_name(self.record.profile.services[name])
         types = dict(self.get_service_names_and_types()).get(service)
         if not types:

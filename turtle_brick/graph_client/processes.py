@@ -39,11 +39,11 @@ MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)
 
 
 def launch_error(output: str) -> str:
-    """Return the error in the output of ros2 launch that prevented the start of a graph, or ''."""
+    """Return the error that prevented ros2 launch from starting a graph, or ''."""
     errors = LAUNCH_ERROR.findall(output)
     if not errors:
         return '; '.join(crashes(output))
-    # The first listed exception comes from the parser that matches the name of the launch file.
+    # The first exception in the list comes from the parser for this type of launch file.
     error = next(part for part in errors[-1].split('\n - ') if 'multiple exceptions' not in part)
     command, _, printed = error.partition('Captured stderr output:')
     if printed:
@@ -53,7 +53,7 @@ def launch_error(output: str) -> str:
 
 
 def explain_missing(error: str) -> str:
-    """Return an error message extended with the place where a package or module is missing."""
+    """Return an error message that also states where a package or module is missing."""
     error = error.partition(', searching: ')[0].strip('"')
     for name in (a or b for a, b in MISSING.findall(error)):
         place = 'workspace' if name.startswith('turtle_brick') else 'environment'
@@ -97,7 +97,6 @@ class Process(AbstractContextManager['Process']):
         self._reader.start()
 
     def __exit__(self, *_: object) -> None:
-        """Stop the process."""
         close_all([self])
 
     def _read(self) -> None:

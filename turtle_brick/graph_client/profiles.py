@@ -54,7 +54,7 @@ class Profile:
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
     frames: dict[str, str] = field(default_factory=lambda: {name: name for name in FRAMES})
     numbers: dict[str, float] = field(default_factory=dict)
-    """Known physical parameters. The referee reads the other parameters from the nodes."""
+    """Known physical parameters. The referee reads missing parameters from the nodes."""
 
     @classmethod
     def from_parameters(cls, parameters: Any) -> 'Profile':

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Store messages from a graph and requests to it. Times are in ns, and lengths are in m."""
+"""Store messages from a graph and requests to the graph. Times are in ns, and lengths are in m."""
 
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
@@ -154,7 +154,6 @@ class Record:
     """All messages from a graph and all requests to the graph."""
 
     def __init__(self, profile: Profile) -> None:
-        """Create an empty record for the topics in a profile."""
         self.profile = profile
         self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
@@ -185,7 +184,7 @@ class Record:
         p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > MAX_AHEAD_NS:
-            return  # Such a transform would remain the latest one forever.
+            return  # A transform far in the future would always be the latest one.
         frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
@@ -200,17 +199,17 @@ class Record:
             del entries[:-count]
 
     def actual(self, frame: str) -> str:
-        """Return the TF name of a frame, given the standard name or TF name of the frame."""
+        """Return the TF name for a standard frame name, and any other name unchanged."""
         return self.profile.frames.get(frame, frame)
 
     def frame_names(self) -> set[str]:
-        """Return the names of all frames, their latest parents, and all links in the URDFs."""
+        """Return the names of all TF frames and of all links in the URDFs."""
         links = re.findall('<link name="([^"]+)"', ''.join(
             received.message.data for received in self.topics['robot_description']))
         return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
 
     def ancestors(self, frame: str) -> list[str]:
-        """Return the names of a frame and its latest ancestors, but at most MAX_DEPTH names."""
+        """Return the names of a frame and its latest ancestors, up to MAX_DEPTH names."""
         chain = [self.actual(frame)]
         while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
             chain.append(self.frames[chain[-1]].samples[-1].parent)
@@ -226,7 +225,7 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return the brick position (m) in the platform frame, or None if one pose is unknown."""
+        """Return the brick position (m) in the platform frame, or None if a pose is unknown."""
         brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 
@@ -244,7 +243,7 @@ class Record:
 
     def joint(self, name: str, begin: int, end: int,
               field: str = 'position') -> list[tuple[int, float]]:
-        """Return a joint's times (ns) and `field` values (position in rad, velocity in rad/s)."""
+        """Return the timestamps (ns) and positions (rad) or velocities (rad/s) of a joint."""
         return [(stamp_of(state), value) for state in self.messages('joint_states', begin, end)
                 for joint, value in zip(state.message.name, getattr(state.message, field))
                 if joint == name]
@@ -282,14 +281,14 @@ def nanoseconds_of(stamp: Any) -> int:
 
 
 def stamp_of(received: Received) -> int:
-    """Return a message's timestamp (ns), or its publication time if no timestamp is valid."""
+    """Return a message's timestamp (ns), or its publication time if the timestamp is invalid."""
     header = getattr(received.message, 'header', None)
     stamp = nanoseconds_of(header.stamp) if header else 0
     return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
 
 
 def message_rate(times: Sequence[float]) -> float:
-    """Return the rate (Hz) of messages with given times (s), or 0 for fewer than six times."""
+    """Compute a message rate (Hz) from timestamps (s), or return 0 for fewer than six messages."""
     # On a busy machine, messages may be late but never early. The rate is therefore measured from
     # the least delayed message in the first third to the least delayed message in the last third.
     count = len(times)

@@ -46,7 +46,7 @@ class Spinner:
     executor: Executor
 
     def spin_until(self, condition: Callable[[], Any], timeout: float, what: str) -> None:
-        """Spin until a condition holds, or raise TimeoutError with `what` after a timeout (s)."""
+        """Spin until a condition holds, or raise TimeoutError after a timeout (s)."""
         deadline = monotonic() + timeout
         while not condition():
             if monotonic() > deadline:
@@ -80,7 +80,6 @@ class NodeSpinner(Spinner, AbstractContextManager['NodeSpinner']):
         self._handlers = handle_interrupts()
 
     def __exit__(self, *_: object) -> None:
-        """Destroy the node and restore the signal handlers."""
         self.executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()

@@ -36,14 +36,13 @@ NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
-"""Fraction of a narrow picture's height, from the top, that the panel never covers."""
+"""Upper fraction of a narrow picture that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in narrow pictures to make the camera look down steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
-"""Fraction of the remaining distance by which a camera moves closer in one update. A camera moves
-away in a single update."""
+"""Fraction of the remaining distance by which a camera moves closer in one update."""
 
 
 class View(NamedTuple):

@@ -45,7 +45,6 @@ if TYPE_CHECKING:  # These modules import viser, which may not be installed.
     from graph_view.scene import Scene
 
 WORLD, BASE_LINK, BRICK = 'world', 'base_link', 'brick'
-"""Names of three frames that the assignment defines."""
 
 BRICK_TF = 'brick (TF)'
 """Label of the brick's transforms in the list of message rates."""
@@ -68,7 +67,7 @@ TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 HINTS = {
     'floating': 'The assignment requires that a brick that has left the platform floats.',
     'grounded': 'The assignment requires that the brick is always inclined like the platform.'}
-"""Explanation of each brick state that looks like a fault."""
+"""Explanations of brick states that look like faults."""
 
 PANEL_PERIOD_NS = NS_PER_SECOND // 10
 """Update period (ns) of the panel."""
@@ -109,7 +108,7 @@ class Page:
         self._points: deque[tuple[float, ...]] = deque(maxlen=CURVE_LENGTH)
         self._next_panel_update = 0
         self._is_moving: dict[str, bool] = {}
-        """For each known frame, whether a transform on /tf has included the frame."""
+        """Whether each known frame has appeared in a transform on /tf."""
         self._fixed_frame = WORLD
         self._drawn_time = 0
         self._poses: dict[str, Pose | None] = {}
@@ -124,7 +123,7 @@ class Page:
             self._warn_once(f'The page cannot draw <{kind}> in robot_description')
 
     def on_transforms(self, is_static: bool, message: TFMessage) -> None:
-        """Store all transforms except those that would disturb the page permanently."""
+        """Store all transforms with a valid position, time and child frame."""
         store = self._buffer.set_transform_static if is_static else self._buffer.set_transform
         for transform in message.transforms:
             child, position = transform.child_frame_id.lstrip('/'), transform.transform.translation
@@ -251,7 +250,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which the poses of robot and brick are known, or 0 if never.
+        Return the latest time (ns) at which all robot and brick poses are known, or 0 if none.
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. An object without new transforms does not delay the other objects.
@@ -263,7 +262,6 @@ class Page:
         return min((time for time in times if time > latest - MAX_AGE_NS), default=0)
 
     def _drawn_pose(self, frame: str) -> Pose | None:
-        """Return the pose of a frame at the drawn time, or None if the pose is unknown."""
         if frame not in self._poses:
             # If no new transforms arrive, the latest pose is shown.
             self._poses[frame] = self._pose(frame, self._drawn_time) or self._pose(frame)

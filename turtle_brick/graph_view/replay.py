@@ -38,7 +38,6 @@ class Replay:
     """Records the scene during each drop and replays the last recording."""
 
     def __init__(self) -> None:
-        """Start without a recording."""
         self._snapshots: list[Snapshot] = []
         self._brick_state = ''
         self._start: int | None = None

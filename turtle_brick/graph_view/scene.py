@@ -47,7 +47,6 @@ class BrowserCamera:
     """A browser's camera, which follows a view until the user moves the camera."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
-        """Start with the near view."""
         self._camera = client.camera
         self._camera.on_update(self._on_update)
         self.set_view(NEAR_VIEW)
@@ -59,7 +58,7 @@ class BrowserCamera:
         self._is_following = False
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Move the camera to show the view's fixed points or, without any, `points` (m)."""
+        """Move the camera to show the view's fixed points or, if there are none, `points` (m)."""
         if self._view is None or not (points or self._view.fixed_points):
             return
         previous = self._requested[-1] if self._requested else None
@@ -73,7 +72,7 @@ class BrowserCamera:
     async def _on_update(self, camera: viser.CameraHandle) -> None:
         """Stop adjusting the camera if the browser reports a position that was not requested."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
-            # The browser has reset the camera. A narrow page also does so after loading.
+            # The browser has reset the camera, which a narrow page also does after loading.
             self.set_view(NEAR_VIEW)
             return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
@@ -88,7 +87,6 @@ class Scene:
     """The named objects in the scene and one camera for each browser."""
 
     def __init__(self, server: viser.ViserServer) -> None:
-        """Add the ground, the sky and the light."""
         self._scene = server.scene
         self._get_clients = server.get_clients
         self._cameras: dict[int, BrowserCamera] = {}
@@ -125,14 +123,13 @@ class Scene:
         self._cameras[client.client_id].set_view(view)
 
     def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Move each browser's camera to show its fixed points or, without any, `points` (m)."""
+        """Update the cameras of all browsers."""
         self._cameras = {number: self._cameras.get(number) or BrowserCamera(client)
                          for number, client in self._get_clients().items()}
         for camera in self._cameras.values():
             camera.keep_in_view(points)
 
     def _add(self, scene_object: SceneObject) -> Any:
-        """Add an object and return its node in viser's scene tree."""
         # A new scene node that reuses a removed node's name can keep the old orientation.
         path = f'/objects/{next(self._numbers)}'
         pose, label = scene_object.pose, scene_object.label

@@ -100,7 +100,6 @@ class Markers:
     """The current markers. Times (ns) come from a monotonic clock."""
 
     def __init__(self) -> None:
-        """Start without markers."""
         # Frame, shape and expiration time (ns) of each marker, by topic, namespace and ID.
         self._shown: dict[tuple[str, str, int], tuple[str, Shape, float]] = {}
 

@@ -15,9 +15,9 @@
 """
 viewer and rviz2: show a running graph in a browser, for machines without the real rviz2.
 
-The node draws the data from the topics below 30 times per second. Any node on any machine can
-publish on these topics. The content of the page is defined in page.py. The options are those of
-rviz2: -d FILE for a configuration file and -f FRAME for the fixed frame.
+The node updates the page 30 times per second. Any node on any machine can publish on the topics
+below. The content of the page is defined in page.py. The options are those of rviz2: -d FILE for a
+configuration file and -f FRAME for the fixed frame.
 
 Subscribes:
     robot_description (std_msgs/String, latched): the shapes of the robot
@@ -167,7 +167,6 @@ class Viewer(Node):
                 getattr(message, self._tilt_field)), 10)
 
     def _connect_markers(self, topic: str, type_name: str, name: str) -> None:
-        """Subscribe to a marker topic if the topic already has a publisher."""
         if qos := [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]:
             # A subscription receives messages only from publishers with compatible QoS.
             latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
@@ -177,7 +176,7 @@ class Viewer(Node):
                 subscription_qos(latched, reliable))
 
     def _find_sections(self) -> tuple[bool, bool, bool]:
-        """Return whether the graph contains an arena, a robot and a catcher, respectively."""
+        """Return whether an arena, a robot and a catcher are running."""
         return (any(client.service_is_ready() for client in self._clients_by_name.values()),
                 self.count_publishers('odom') > 0, self.count_publishers('catcher_state') > 0)
 

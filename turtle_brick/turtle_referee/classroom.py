@@ -98,7 +98,7 @@ def find_install(workspace: Path) -> tuple[Path, Path]:
 
 
 def find_launch_files(share: Path) -> list[str]:
-    """Return the names of all launch files for the arena that are below a share directory."""
+    """Return the names of all arena launch files below a share directory."""
     names = [path.name for pattern in LAUNCH_FILES for path in sorted(share.rglob(pattern))]
     if not names:
         raise LookupError('no file turtle_arena.launch.py or turtle_arena.launch.xml is installed')
@@ -107,7 +107,7 @@ def find_launch_files(share: Path) -> list[str]:
 
 def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments: Sequence[str],
                  command: Sequence[str]) -> int:
-    """Launch and judge a graph. Return the exit status, or raise LookupError without a result."""
+    """Judge a graph and return the exit status, or raise LookupError if there is no result."""
     print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
     with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()),
                   sys.executable, '-c', JUDGE, str(Path(__file__).parents[1]), *arguments, '--',

@@ -70,7 +70,7 @@ def result(judgment: Judgment) -> str:
 
 
 def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
-    """Merge failed requirements with the same causes, and open ones with the same reason."""
+    """Merge failed requirements by cause and open requirements by reason."""
     groups: dict[Any, list[Judgment]] = {}
     for one in judgments:
         reason = one.measured if one.mark == OPEN else one.name

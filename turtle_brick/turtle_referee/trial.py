@@ -50,11 +50,11 @@ EDGE_DISTANCE = 0.3
 
 
 class PlannedDrop(NamedTuple):
-    """A drop whose starting position is computed from the robot's driving and spare time."""
+    """Parameters from which the starting position of a drop is computed."""
 
     description: str
     direction: float  # Direction (turns) from the arena center.
-    driving_time: float  # Driving time (s) of the robot to the brick at full speed.
+    driving_time: float  # Time (s) that the robot needs to reach the brick at full speed.
     spare_time: float  # Fall time (s) minus driving time (s).
 
 
@@ -91,7 +91,7 @@ class Trial(GraphClient):
         self.program = program
 
     def run(self) -> None:
-        """Discover the graph, and send all planned requests to the graph."""
+        """Discover the graph and send all planned requests."""
         if self.discover():
             self.end = monotonic() + TIME_LIMIT
             self.rest()
@@ -125,11 +125,11 @@ class Trial(GraphClient):
         return True
 
     def is_empty(self) -> bool:
-        """Return whether no graph was found, judged without TF because namespaces may share TF."""
+        """Return whether no graph was found (apart from TF, which namespaces may share)."""
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:
-        """Add missing robot parameters, read from all nodes and from the URDF, to the profile."""
+        """Read missing robot parameters from all nodes and from the URDF."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)

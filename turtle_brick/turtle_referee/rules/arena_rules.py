@@ -56,7 +56,7 @@ MIN_WALL_LENGTH = 5.0
 STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics simulation."""
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
-"""Delays (ns) to try between the motion of the platform and the motion of a brick on it."""
+"""Candidate delays (ns) between the platform motion and the brick motion."""
 BEFORE_NS = 100_000_000
 """Interval (ns) between the last measured position of the brick and the next request."""
 LIFETIME = 3.0
@@ -70,7 +70,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) of any position from the first, or 0 for an empty list."""
+    """Return the maximum distance (m) from the first position, or 0 for an empty list."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
@@ -260,11 +260,11 @@ class MeasuredFall(NamedTuple):
     """A fall from rest that is fitted to the recorded transforms of a brick."""
 
     drop: DropWatch
-    begin: float  # Start (s) of the fitted fall, measured from the last transform at rest.
+    begin: float  # Start (s) of the fitted fall, relative to the last transform before the fall.
     times: Array  # Times (s) since the start.
     depths: Array  # Distances (m) of the brick below its starting position.
     acceleration: float
-    off: float  # Maximum deviation (m) of the depths from the fitted fall.
+    off: float  # Maximum deviation (m) of the measured depths from the fitted fall.
     aside: Array  # Horizontal distances (m) of the brick from its starting position.
 
 
@@ -465,7 +465,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return all drops with a landing that pass `is_relevant`, or raise Open if there are none."""
+    """Return all relevant drops in which the brick landed, or raise Open if there are none."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
@@ -502,7 +502,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers, or raise Failed or, if no brick was out of reach, Open."""
+    """Return the "Unreachable" markers, or raise Failed or Open if there are none."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):

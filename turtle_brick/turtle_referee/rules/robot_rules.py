@@ -380,7 +380,7 @@ def goals_are_reached(record: Record) -> Finding:
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
-    """Yield each pose's distances (m) past the goal and left of the line from start to goal."""
+    """Yield the distance (m) past the goal and the lateral deviation (m) for each pose."""
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length

@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 MAX_COUNT = 1000
-"""Number of samples that suffice for a judgment. Rules evaluate fewer than twice as many."""
+"""Number of samples that suffice for a judgment."""
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
@@ -192,14 +192,14 @@ def require(value: Value | None, fault: str) -> Value:
 
 
 def require_clear(record: Record, *names: str) -> None:
-    """Raise Open if any topic, service or frame with a given standard name could not be used."""
+    """Raise Open if any of the given topics, services or frames could not be used."""
     for name in names:
         if name in record.unclear:
             raise Open(record.unclear[name])
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return a recorded request, or raise Failed with the text of the response that refused it."""
+    """Return an accepted request, or raise Failed with the response message."""
     if request is None or not request.answered:
         raise Absent(request and request.message or 'there was no response')
     if not request.accepted:
