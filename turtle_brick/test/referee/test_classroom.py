@@ -42,7 +42,7 @@ CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback)
 @pytest.mark.parametrize('output, expected', (
     (IMPORT_ERROR + DIED.format('catcher-3', 1), 'catcher crashed: ModuleNotFoundError: No module '
      "named 'nonsuch' (the environment lacks nonsuch)"),
-    (IMPORT_ERROR, ''),  # The node catches and logs its import error.
+    (IMPORT_ERROR, ''),  # The catcher logged the error but did not exit.
     (DIED.format('arena-2', -11), 'arena crashed: exit status -11'),
     (DIED.format('arena-2', -2), ''),  # ros2 launch stopped this process.
     (f'{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n'
@@ -70,7 +70,6 @@ def test_each_requirement_belongs_to_the_hour_on_the_page():
 
 @pytest.fixture
 def students(tmp_path, monkeypatch):
-    """Return a class directory in which only Ann's workspace is built on this machine."""
     monkeypatch.chdir(tmp_path)
     for name, prefix in (('ann', tmp_path), ('carl', '/nowhere')):
         share = tmp_path / f'class/{name}/install/share'

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Run the referee on incomplete and unusual live graphs. test_rules.py tests its rules."""
+"""Test the referee on incomplete and unusual live graphs."""
 
 import sys
 from time import monotonic
@@ -34,11 +34,9 @@ from turtle_referee.trial import FAR_OUT, Program, Trial
 from turtlesim.srv import TeleportRelative
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
-"""Options that shorten a Trial of an incomplete graph."""
 
 
 def test_nodes_that_die_are_judged(domain_id):
-    """A requirement fails if the responsible node exits before receiving a request."""
     ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
     with Graph(domain_id, quiet=True) as graph:
         nodes = add_nodes(graph)
@@ -95,7 +93,6 @@ def test_unusual_names_and_types_are_recognized(domain_id):
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):
-    """The referee records only the TF frames of a graph in another namespace."""
     logged = []
     with Graph(domain_id, namespace='elsewhere', quiet=True) as graph:
         graph.add_turtlesim()
@@ -145,7 +142,7 @@ def test_a_reserved_domain_has_no_other_reservation_and_no_node():
         assert reserved == first
     lower, upper = LiveGraph(first), LiveGraph(first)
     with upper:
-        with lower:  # After this graph ends, the first port of the domain is free.
+        with lower:  # The first DDS port of the domain becomes free.
             pass
         with pytest.raises(DomainError, match='in use'), reserved_domain([first]):
             pass

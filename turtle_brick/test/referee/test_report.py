@@ -68,7 +68,6 @@ def test_the_terminal_repeats_what_is_not_met(capsys):
 
 @pytest.fixture
 def judged(tmp_path):
-    """Return a directory with the referee's JSON files for three workspaces and one empty page."""
     directory = tmp_path / 'judged'
     (directory / 'dora').mkdir(parents=True)
     for name, judgments in (('ann', JUDGMENTS), ('bob', JUDGMENTS[4:]), ('dora/late', [])):

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""A simulated record passes all rules. A record with a fault violates the corresponding rule."""
+"""Test each rule of the referee with correct and faulty simulated records."""
 
 from functools import partial
 from math import atan2, inf, nan, pi, radians, sin, sqrt
@@ -51,16 +51,16 @@ SPEED = 3.0
 """Speed (m/s) of the robot."""
 
 DIRECTION = numpy.array((0.8, 0.6))
-"""Unit vector in the direction of the first drive."""
+"""Unit vector in the robot's initial driving direction."""
 
 LEG = 0.7
-"""Duration (s) of a 1.5 m drive and of the following stop."""
+"""Duration (s) of each 1.5 m drive, including the stop."""
 
 URDF = xacro.process_file(str(Path(__file__).parents[2] / 'urdf/turtle.urdf.xacro'),
                           mappings={'params_file': str(default_path())}).toxml()
 
 OFFSET = 0.1
-"""Distance (m) in the downhill direction from the platform axis to the landing point."""
+"""Downhill distance (m) from the platform axis to the point where the brick lands."""
 
 FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
 """Starting positions (m) of a brick beside the robot and of a brick above its platform."""
@@ -109,7 +109,7 @@ def add_walls(record, times):
 
 
 def drive(record, off):
-    """Add the data of a robot that starts at 0 s and drives back and forth in a straight line."""
+    """Simulate a straight drive that begins at 0 s, and the return to the start."""
     base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
     stem = model(record).joint('stem')
     for joint in model(record).joints:
@@ -150,7 +150,7 @@ def drive(record, off):
 
 
 def drop(record, requested, place, track):
-    """Add the data of a dropped brick. `track` contains times (s) and poses of the brick."""
+    """Add a drop to a record. `track` contains times (s) and poses of the brick."""
     watch = DropWatch(record, at(requested - 0.1), place)
     watch.requested = at(requested)
     watch.request = Request(at(requested), at(requested + 0.01), None)
@@ -166,7 +166,7 @@ def drop(record, requested, place, track):
 
 
 def fall(record, off):
-    """Add the data of a brick that hovers until 2.5 s and then falls beside the platform."""
+    """Simulate a brick that hovers until 2.5 s and then falls beside the platform."""
     add_transforms(record, 'brick', 'world', (
         (now, pose(FAR)) for now in numpy.arange(-0.5, 2.44, 0.4 / off.rate)))
     record.places.append(Request(at(2.0), at(2.44), FAR))
@@ -180,7 +180,7 @@ def fall(record, off):
 
 
 def tip(record, off):
-    """Add the data of a brick that is released at 5.5 s, is caught, and is then tipped off."""
+    """Simulate a brick that is released at 5.5 s, caught and then tipped off."""
     joint, level, leaning = model(record).joint('platform'), UPRIGHT, turn(UPRIGHT[1], ANGLE)
     acceleration = off.pull * off.gravity * sin(ANGLE)
     gone = TILT + sqrt(2.0 * (off.stop - OFFSET) / acceleration)
@@ -212,18 +212,18 @@ CORRECT = {
     'gravity': NUMBERS['gravity_accel'],
     'step': 0.008,  # Period (s) of the brick transforms.
     'aside': 0.0,  # Sideways speed (m/s) of the falling brick.
-    'below': 0.0, 'above': 0.0,  # Height errors (m) of a brick on the ground and platform.
+    'below': 0.0, 'above': 0.0,  # Height errors (m) of a brick on the ground and on the platform.
     'lean': 0.0,  # Inclination (rad) of the brick.
-    'pull': 1.0,  # Factor applied to the acceleration on the slope.
-    'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the slide.
-    'drift': 0.0}  # Speed (m/s) of the brick after the slide.
+    'pull': 1.0,  # Factor applied to the acceleration of the sliding brick.
+    'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the sliding brick.
+    'drift': 0.0}  # Speed (m/s) of the brick after sliding off.
 """Values for a correct record."""
 
 PARTS = (drive, fall, tip)
 
 
 def make_record(parts=PARTS, **off):
-    """Return a record with the given parts. The values in `off` replace those in CORRECT."""
+    """Return a record of `parts`. The values in `off` replace those in CORRECT."""
     record = Record(Profile(numbers=dict(NUMBERS)))
     record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
     record.latched = {'/brick_marker': True, '/walls': True}
@@ -238,8 +238,7 @@ def make_record(parts=PARTS, **off):
 NAMES = {rule.name for rule in referee.RULES}
 ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
 BRICK_RULES = NAMES - ROBOT_RULES - {'rate: brick'}
-"""Names of all requirements, of the requirements for a robot without a brick, and of all other
-requirements that allow a low message rate."""
+"""The brick rules are tested at a low message rate, which violates 'rate: brick'."""
 
 
 def judge(record, *names):
@@ -247,7 +246,7 @@ def judge(record, *names):
 
 
 def shift(record, frame, seconds, way, axis=0):
-    """Shift a recorded frame by a distance (m) along an axis for 0.03 s after a given time (s)."""
+    """Shift a frame along an axis by `way` (m) during the 0.03 s after `seconds`."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
         sample.pose.position[axis] += way
 
@@ -262,7 +261,7 @@ def change(record, topic, seconds, field, way):
 
 
 def urdf(rule, where, attribute, *values):
-    """Return a row of FAULTS whose function changes an attribute in the URDF."""
+    """Return a row of FAULTS that sets an attribute in the URDF to wrong values."""
     def edit(record, value):
         robot = ElementTree.fromstring(URDF)
         robot.find(where).set(attribute, value)
@@ -272,7 +271,6 @@ def urdf(rule, where, attribute, *values):
 
 
 def scale_wheel(record, factor, *fields):
-    """Multiply the wheel's values in the given joint state fields by a factor."""
     for received in record.topics['joint_states']:
         for field in fields:
             getattr(received.message, field)[1] *= factor
@@ -289,7 +287,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Set the drop response to `seconds` after the release, and delete `missing` transforms."""
+    """Move the drop response to `seconds` after the release. Omit `missing` brick transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
@@ -297,21 +295,20 @@ def move_response(record, seconds, missing=0, accepted=True):
 
 
 def move_early(record, down):
-    """Lower a brick by a given distance (m) before the response to the drop request."""
+    """Lower the brick by `down` (m) before the drop service responds."""
     move_response(record, -0.002)
     shift(record, 'brick', 2.494, -down, 2)
     record.drops[0].released = at(2.488)
 
 
 def publish_walls(record, times):
-    """Publish the walls at the given times (s) without latching them."""
     record.latched['/walls'] = False
     record.markers = [received for received in record.markers if received.topic != '/walls']
     add_walls(record, times)
 
 
 def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACING, again=()):
-    """Change a text marker and its lifetime (s), and repeat the marker after given delays (s)."""
+    """Change a text marker and its lifetime (s), and publish it again after given delays (s)."""
     first = next(received for received in record.markers if received.topic == '/text')
     marker = first.marker
     marker.text, marker.type = text, kind
@@ -321,7 +318,7 @@ def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACIN
 
 
 def remove_text(record, seconds, action):
-    """Remove the lifetime of a text marker, and delete the marker after a given time (s)."""
+    """Delete the text marker after a given time (s) instead of limiting its lifetime."""
     change_text(record, 0.0)
     add_marker(record, Marker(action=action), 2.65 + seconds, '/text')
 
@@ -332,13 +329,13 @@ def change_request(record, name, **changes):
 
 
 def turn_late(record, seconds):
-    """Make the stem point in a wrong direction until a given time (s)."""
+    """Make the stem point in the wrong direction until a given time (s)."""
     for received in record.messages('joint_states', at(-0.5), at(seconds)):
         received.message.position[0] += 1.0
 
 
 def change_verdict(record, refused, number, should_be_caught):
-    """Make the catcher refuse or accept a brick 0.2 s after the release."""
+    """Make the catcher accept or refuse a brick 0.2 s after its release."""
     watch = record.drops[number]
     watch.should_be_caught, watch.goal = should_be_caught, at((2.7, 5.7)[number])
     watch.refusals = [watch.goal] if refused else []
@@ -468,7 +465,7 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""Each row contains a rule, a fault (CORRECT key or function), allowed values and wrong values."""
+"""Each row contains a rule, a fault (key of CORRECT or function), and correct and wrong values."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
@@ -480,7 +477,6 @@ def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
 
 @pytest.mark.parametrize('rule, off, allowed, failed', FAULTS)
 def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, failed):
-    """Failures of other rules are reported as consequences of the violated rule."""
     parts, others, rate = ((drive,), ROBOT_RULES, 100.0) if rule in ROBOT_RULES else (
         PARTS, BRICK_RULES, 10.0)
     for value in (*allowed, *failed):
@@ -510,7 +506,7 @@ def test_rates_are_measured_by_stamps(rate, met):
 def test_a_fault_outside_a_stall_fails():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
-    # The effects of a stall last one second longer than the stall. The second drive is correct.
+    # Faults are not judged until one second after a stall. The second drive is correct.
     for begin, expected in ((-3.0, FAILED), (-0.9, OPEN), (0.2, OPEN), (1.5, FAILED)):
         record.stalls = [(at(begin), at(begin + 0.1))]
         found, = judge(record, 'drive: goal')
@@ -583,7 +579,6 @@ def test_a_frame_is_interpolated_between_close_transforms():
 @pytest.mark.filterwarnings('ignore:invalid value')
 @pytest.mark.parametrize('odd', (nan, inf, 0.0))
 def test_nan_and_infinity_are_judged(odd):
-    """The referee continues despite invalid numbers, but does not accept them."""
     record = make_record()
     for frame in record.frames.values():
         for sample in frame.samples:

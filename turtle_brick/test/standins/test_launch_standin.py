@@ -74,7 +74,7 @@ def environment(files, runs, monkeypatch):
 
 
 def normal(text, files, log_dir=None):
-    """Replace variable parts of an output, such as paths, with the placeholders in recordings."""
+    """Replace paths, process IDs and other variable text with the placeholders in recordings."""
     text = text.replace('\r\n', '\n')
     if log_dir:
         text = text.replace(str(log_dir), '$LOGDIR')
@@ -95,7 +95,7 @@ def xacro(*arguments):
 
 @pytest.fixture
 def starts(monkeypatch):
-    """Run `true` instead of each launched process, and return a list of Popen() arguments."""
+    """Run `true` instead of each command, and return the list of commands and their options."""
     found = []
 
     def start(command, **options):
@@ -162,7 +162,6 @@ def test_started_processes_match_recording(record, files, environment, starts, m
 
 
 def without_other_parsers(text):
-    """Remove the error messages of the parsers for other launch file formats."""
     return re.sub(
         r'\n - (SyntaxError: invalid syntax \(\w+\.launch\.[xy]|'
         r'InvalidFrontendLaunchFileError: The launch|RuntimeError: Expected).*', '', text)
@@ -170,7 +169,6 @@ def without_other_parsers(text):
 
 @pytest.mark.parametrize('record', recorded('errors', 'more') + recorded('cases'))
 def test_output_matches_recording(record, files, environment, tmp_path, monkeypatch):
-    """Each command has the recorded output and status. Some records contain launch files."""
     if 'files' in record:
         for name, text in record['files'].items():
             (tmp_path / name).write_text(text)
@@ -222,7 +220,6 @@ def generate_launch_description():
 
 
 def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
-    """Conditions, events, anonymous names and parameter files have the expected effects."""
     monkeypatch.chdir(tmp_path)
     Path('common.launch.py').write_text(COMMON_FEATURES)
     Path('parameters.yaml').touch()
@@ -251,7 +248,6 @@ def test_missing_name_is_explained(package, name):
     ('launch.actions.declare_launch_argument', 'DeclareLaunchArgument'),
     ('launch_xml.launch_description_sources', 'XMLLaunchDescriptionSource')])
 def test_modules_of_the_real_packages_exist(module, name):
-    """A name is available after `import MODULE`, `import PACKAGE` or `from MODULE import *`."""
     exec(f'import {module}; {module}.{name}', {})
     exec(f'import {module.partition(".")[0]}; {module}.{name}', {})
     exec(f'from {module} import *; {name}', {})
@@ -283,7 +279,6 @@ def test_timeouts_and_emulate_tty_are_launch_arguments(environment, tmp_path, mo
 
 
 def run(record, files, top, before):
-    """Run a recorded command. Return the Command and the IDs of its remaining processes."""
     environment = {
         **before, 'ROS_LOG_DIR': str(top / 'log'), 'HOME': str(top / 'home'),
         'COLUMNS': '100', 'PYTHON_COLORS': '0',  # Python 3.13 colors tracebacks.
@@ -297,12 +292,12 @@ def run(record, files, top, before):
     words = record['command']
     words = with_paths(['bash', '-c', words] if isinstance(words, str) else words, files)
     if words[:2] == ['ros2', 'launch'] and 'escalating' not in record['stdout']:
-        words.append('sigterm_timeout:=120')  # On an overloaded machine, processes end late.
+        words.append('sigterm_timeout:=120')  # Processes need more time on a busy machine.
     command = Command(words, environment, directory=top, forked=words[0] in PROGRAMS)
     try:
         for (kind, condition), number, target in record.get('signals', ()):
             if kind == 'after':
-                threading.Event().wait(condition)  # The condition is a delay (s).
+                threading.Event().wait(condition)
             else:
                 assert command.wait_for(lambda: command.has_printed(condition)), (
                     f'no {condition!r} in:\n{command.text}{command.error}')
@@ -323,7 +318,6 @@ COMMANDS.append(pytest.param(PYTEST, id='pytest'))
 
 @pytest.fixture(scope='module')
 def runs(files, tmp_path_factory, request):
-    """Run the commands of all selected tests in parallel."""
     wanted = [item.callspec.id for item in request.session.items
               if getattr(item, 'originalname', '').endswith('run_matches_recording')]
     commands = [param for param in COMMANDS
@@ -337,7 +331,7 @@ def runs(files, tmp_path_factory, request):
 
 
 def by_source(text):
-    """Group output lines by process or logger, because different sources may interleave."""
+    """Group lines by process or logger, because the output of several processes may interleave."""
     lines_by_source, source = {}, ''
     text = re.sub(r'(?<=[^\n])(\[(INFO|ERROR)\])', r'\n\1', text)
     for line in filter(None, text.replace('\r', '').split('\n')):  # print() writes twice

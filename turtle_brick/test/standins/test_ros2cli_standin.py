@@ -46,7 +46,6 @@ RECORDS = {name: record for name, record in records(
 
 
 def signals_of(record):
-    """Return the condition, the name and the target of each recorded signal."""
     signals = [] if record.get('stderr') else list(record.get('signals', ()))
     if record.get('ended_by_recorder'):
         signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
@@ -54,14 +53,13 @@ def signals_of(record):
 
 
 # These commands run in separate processes because they are interrupted, start processes, require
-# an empty graph or fail with a traceback. All other commands run in this process without waiting
-# for discovery. test_pages.py runs some of them in separate processes, too.
+# an empty graph or fail with a traceback. All other commands run in this process.
 PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
     'run_(?!help|unk)|ros2_run|empty|pub_times|pub_bad_topic', name)]
 
 INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
                    'interface_packages': 'turtle|std_'}
-"""Patterns that select the lines to compare, keyed by the name of the recording."""
+"""Patterns for the lines to compare, keyed by recording name."""
 
 # Verbs that set parameters or call services run last, because they affect the other verbs.
 HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda name: (
@@ -88,7 +86,6 @@ def complete(turtlesim):
 
 @pytest.fixture(scope='module')
 def arena():
-    """Run the nodes of `turtle_arena view:=none` in a new domain. Yield the arena node."""
     with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
         nodes = add_nodes(graph)
         complete(nodes['turtlesim'])
@@ -113,7 +110,6 @@ def start(words, domain, stdin=''):
 
 
 def is_time_for_signal(record, when, command, arena):
-    """Return whether a command has reached the state in which the recorded signal was sent."""
     kind, expected = when
     if kind == 'line':
         return command.has_printed(expected)
@@ -135,7 +131,7 @@ def replay(record, domain, arena, files):
 
 @pytest.fixture(scope='module')
 def outcomes(arena, files, request):
-    """Run up to six selected commands in parallel, because most of them are usually idle."""
+    """Run up to six commands in parallel, because most of them only wait."""
     wanted = [item.callspec.params['name'] for item in request.session.items
               if getattr(item, 'function', None) is test_command]
     with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
@@ -147,7 +143,7 @@ def outcomes(arena, files, request):
 
 @pytest.fixture(scope='module')
 def open_graph_here(arena):
-    """Join the arena's domain and yield a replacement for open_graph() that skips discovery."""
+    """Yield a replacement for open_graph() that does not wait for discovery."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
         with cli_graph.open_graph() as graph:  # This call waits for discovery.
@@ -168,7 +164,6 @@ def open_graph_here(arena):
 
 
 def test_graph_is_complete_when_all_nodes_and_services_are_announced():
-    """A complete graph contains a named node per participant and services of all visible nodes."""
     info = {'ros_discovery_info': {1: '', 2: ''}, '/parameter_events': {1: 'arena', 2: '_ros2cli'}}
     written, read = ({'arena': {each: []}, '_ros2cli': {}} for each in (
         'rr/dropReply', 'rq/dropRequest'))
@@ -192,7 +187,7 @@ def test_graph_is_complete_when_all_nodes_and_services_are_announced():
 
 
 def test_ctrl_c_in_a_destructor_ends_spinning(open_graph_here):
-    """Ctrl-C in a destructor ends spinning although Python ignores exceptions in destructors."""
+    """Python ignores exceptions in destructors."""
     class Ending:
 
         def __del__(self):
@@ -214,7 +209,7 @@ TF2_ECHO_OUTPUT = """At time 0.0
  -0.199  0.098  0.975  0.250
   0.000  0.000  0.000  1.000
 """
-"""Output of the real tf2_echo for the transform in test_tf2_echo_prints_published_transform."""
+"""Output of the real tf2_echo."""
 
 
 def test_tf2_echo_prints_published_transform(outcomes, domain_id):
@@ -263,17 +258,17 @@ MAY_DIFFER = (
     ('centre', 'center'),
     ('metres', 'meters'),
 )
-"""Replacements that remove allowed output differences, such as warnings and argparse formats."""
+"""Patterns for allowed differences in output, and their replacements."""
 
 ANSWERS = {
     'call_place_refused': r'(message=).*()',
-    # rclpy and rclcpp give different reasons for a refusal.
+    # rclpy and rclcpp give different reasons for rejecting a parameter.
     **dict.fromkeys(('param_set_out_of_range', 'param_set_unknown', 'param_set_wrong_type'),
                     r'(failed: ).*()'),
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
     'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
 }
-"""Patterns for output that may differ from a recording, keyed by the name of the recording."""
+"""Patterns for output that may differ from the recording, keyed by recording name."""
 
 TOKENS = {
     'SHARE': re.escape(get_package_share_directory('turtle_brick')),
@@ -322,7 +317,7 @@ def test_verb(name, open_graph_here, files, monkeypatch):
 
 
 MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
-"""Reception time (s) and number n of each message. Message n has 100 n bytes and is n ms late."""
+"""Reception time (s) and number n of each message, which has 100 * n bytes and is n ms late."""
 
 REPORTS = {
     messages.bandwidth_report: """
@@ -389,7 +384,7 @@ def test_verb_without_recording(words, text, open_graph_here, tmp_path, monkeypa
 
 
 def block():
-    """Hold the global interpreter lock of Python, as Fast DDS sometimes does."""
+    """Hold Python's global interpreter lock, as Fast DDS sometimes does."""
     cli_graph.exit_after(0.1, 3)
     ctypes.PyDLL(None).pause()
 
@@ -417,7 +412,6 @@ def test_completion_offers_existing_names(argument, before, answers, open_graph_
     ('interface show turtlesim/msg/', 'turtlesim/msg/Color\nturtlesim/msg/Pose'),
     ('launch turtle_brick turtle_arena.launch.p', 'turtle_arena.launch.py ')])
 def test_shell_completes_after_tab(line, words, tmp_path, domain_id, monkeypatch):
-    """Tab completions have the format that bash expects after env.bash is sourced."""
     line = f'ros2 {line}'
     for name, value in (('_ARGCOMPLETE', '1'), ('COMP_LINE', line), ('COMP_POINT', len(line)),
                         ('_ARGCOMPLETE_IFS', '\n'), ('_ARGCOMPLETE_SUPPRESS_SPACE', '0'),

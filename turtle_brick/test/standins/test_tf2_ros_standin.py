@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare the stand-in for tf2_ros and the type hashes with the real packages."""
+"""Compare the tf2_ros stand-in and interface type hashes with recordings of the real packages."""
 
 import json
 from pathlib import Path
@@ -35,14 +35,14 @@ from turtle_brick.ros.tf import transform_message
 DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 RECORDED = json.loads((DATA / 'tf2_recorded.json').read_text())
 RANDOM = json.loads((DATA / 'tf2_random.json').read_text())
-"""Recordings of random tf2 calls with changing trees, duplicate timestamps, old data and loops."""
+"""Recordings of random tf2 calls, including duplicate timestamps, old data and loops."""
 
 REAL_HASHES = json.loads((DATA / 'type_hashes.json').read_text())
 """Type hashes of the real tf2_msgs and turtlesim interfaces."""
 
 CACHE_TIME = {'single_and_cache_expiry': 2.0,
               **{script['name']: script['cache_time'] for script in RANDOM}}
-"""Cache times (s) of the recorded buffers whose cache time is not 10 s."""
+"""Recorded cache times (s) other than the default of 10 s."""
 
 LATEST = Time()
 
@@ -63,7 +63,6 @@ def seconds(time):
 
 @pytest.mark.parametrize('script', RECORDED + RANDOM, ids=lambda script: script['name'])
 def test_calls_return_the_recorded_results(script):
-    """Numbers may differ by up to 1e-9, but exceptions and frame lists must be identical."""
     buffer = Buffer(Duration(seconds=CACHE_TIME.get(script['name'], 10.0)))
     for call in script['ops']:
         if call['op'] in ('set', 'set_static'):
@@ -99,7 +98,6 @@ def test_calls_return_the_recorded_results(script):
 
 
 def test_lookup_waits_until_timeout():
-    """A lookup returns a transform that arrives in time, or raises an error at the timeout."""
     buffer, begin = Buffer(), monotonic()
     with pytest.raises(LookupException):
         buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=0.2))

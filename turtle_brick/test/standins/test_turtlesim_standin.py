@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the ROS interface of turtlesim_node. test_turtlesim_kinematics.py tests the motion."""
+"""Test the ROS interface of the stand-in for turtlesim."""
 
 from itertools import pairwise
 from math import pi
@@ -46,7 +46,6 @@ def live():
 
 @pytest.fixture(scope='module', autouse=True)
 def turtlesim(live):
-    """Run turtlesim. After the tests, check that SIGTERM ends the node without further output."""
     with process(COMMAND, live.domain_id, stop=None) as turtlesim:
         yield turtlesim
         before = turtlesim.output
@@ -63,7 +62,6 @@ def poses(live):
 
 
 def poses_of(live, turtle):
-    """Record a turtle's poses and wait for the first pose."""
     poses = live.record(f'{turtle}/pose', Pose)
     live.wait_for(lambda: poses.messages, TIMEOUT, f'a pose of {turtle}')
     return poses
@@ -74,7 +72,7 @@ def wait_for_pose(live, poses, condition, name):
 
 
 def test_poses_are_published_at_62_5_hz(live, poses):
-    """turtlesim_node skips late ticks. The pose and command topics are reliable and volatile."""
+    """turtlesim_node skips late ticks."""
     first = poses.messages[0]
     live.wait_for(lambda: len(poses.messages) > 100 and median(
         later - earlier for earlier, later in pairwise(poses.times)) == pytest.approx(
@@ -89,7 +87,6 @@ def test_poses_are_published_at_62_5_hz(live, poses):
 
 
 def test_command_moves_turtle_for_one_second(live, poses):
-    """A velocity command lasts a whole number of ticks. Only a holonomic turtle moves sideways."""
     commands = live.publisher('turtle1/cmd_vel', Twist)
     commands.publish(Twist(linear=Vector3(x=1.0, y=1.0)))
     wait_for_pose(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
@@ -109,7 +106,6 @@ def test_command_moves_turtle_for_one_second(live, poses):
 
 
 def test_teleport_services_move_turtle_at_once(live, turtlesim, poses):
-    """If a wall limits the new position, the node logs a warning."""
     def jump(x, y):
         live.call('turtle1/teleport_absolute', TeleportAbsolute,
                   TeleportAbsolute.Request(x=x, y=y, theta=0.0))
@@ -127,7 +123,6 @@ def test_teleport_services_move_turtle_at_once(live, turtlesim, poses):
 
 
 def test_turtles_are_spawned_and_killed(live, turtlesim, poses):
-    """Invalid turtle names are refused. The service `reset` removes all turtles except turtle1."""
     def spawn(name):
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
 

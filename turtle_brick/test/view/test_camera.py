@@ -27,7 +27,6 @@ ASPECTS = st.one_of(st.floats(0.3, NARROW_ASPECT), st.floats(NARROW_ASPECT, 3.0)
 
 
 def are_visible(position, target, points, aspect):
-    """Return whether all points (m), with margins, are in the uncovered part of the picture."""
     forward = numpy.subtract(target, position)
     forward /= numpy.linalg.norm(forward)
     right = numpy.cross(forward, (0.0, 0.0, 1.0))

@@ -88,7 +88,7 @@ class PageBench:
         self.page.on_text('brick_state', String(data=phase.value))
 
     def status_after(self, *events):
-        """Send states and decisions. Return the displayed status and whether it is an alarm."""
+        """Send events to the page, and return the displayed status and whether it is an alarm."""
         for event in events:
             topic = 'catcher_state' if event in CATCHER_STATES else 'brick_state'
             self.page.on_text('catcher_decision' if ': ' in event else topic, String(data=event))
@@ -197,7 +197,7 @@ def test_panel_shows_the_status_of_the_catch(bench, story):
      [], 'Caught: carrying')],
     ids=['unreachable', 'missed', 'caught'])
 def test_final_status_does_not_depend_on_the_order_of_topics(bench, topics, last, text):
-    """The page displays the correct status even if the previous brick was unreachable."""
+    """The previous brick was unreachable."""
     numbers = [number for number, events in enumerate(topics) for _ in events]
     for order in set(permutations(numbers)):
         queues = [iter(events) for events in topics]

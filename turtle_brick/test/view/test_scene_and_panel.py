@@ -37,7 +37,6 @@ RED = (1.0, 0.0, 0.0, 1.0)
 
 @pytest.fixture(scope='module')
 def page():
-    """Yield a panel, its viser server, and a list of all commands from the panel."""
     server = PageServer('127.0.0.1', 0, 'test')
     calls = []
     panel = Panel(server.viser, Scene(server.viser), lambda *command: calls.append(command))

@@ -43,10 +43,10 @@ pytestmark = [
     pytest.mark.skipif(find_spec('viser') is None, reason='viser is not installed')]
 
 CANVAS = 'document.querySelector("canvas[data-engine]")'
-"""JavaScript expression that returns the canvas of the scene."""
+"""JavaScript expression for the canvas of the scene."""
 
 CHART = 'Object.values(window.__viserTestpoints.uplots)[0].chart'
-"""JavaScript expression that returns the chart with the plotted curves."""
+"""JavaScript expression for the chart with the plotted curves."""
 
 
 ROBOT = """
@@ -59,7 +59,6 @@ ROBOT = """
 
 
 def attempts(what: str) -> Iterator[None]:
-    """Yield once per attempt and fail after TIMEOUT. A busy machine may need several attempts."""
     deadline = monotonic() + TIMEOUT
     while monotonic() < deadline:
         yield
@@ -77,7 +76,6 @@ class Page(Chromium):
         self.wait_for(self.has_text(name, text))
 
     def wait_for_picture(self):
-        """Wait until the scene shows the hovering brick, the robot and its platform."""
         from PIL import Image
         for _ in attempts('the colors of the brick, the robot and the platform did not appear'):
             picture = Image.open(BytesIO(self.screenshot(CANVAS))).convert('RGB')
@@ -88,7 +86,6 @@ class Page(Chromium):
                 return
 
     def enter_position(self, text, response, button=None):
-        """Enter and submit a position (m) repeatedly until a given response appears."""
         # The page sometimes sends the input late or not at all.
         for _ in attempts(f'{response!r} did not appear'):
             self.click(*self.center_of('document.querySelector("form input")'), times=3)
@@ -98,11 +95,10 @@ class Page(Chromium):
                 return
 
     def catch_brick(self, position):
-        """Drop bricks from a position (m) above the goal until the robot catches a brick."""
         # On a busy machine, the catcher refuses some reachable bricks, or the robot is late.
         for _ in attempts('the robot caught no brick'):
             self.enter_position(position, 'the brick hovers at', button='Place')
-            # The robot must be below the brick.
+            # Wait until the robot is below the brick.
             self.wait_for(f'{CHART}.data[2].at(-1) < 0.2')
             self.click_element('button', 'Drop')
             self.wait_for_text('response', 'drop: the brick falls from')
@@ -112,7 +108,6 @@ class Page(Chromium):
                 return
 
     def click_ground(self, x, y, goals):
-        """Click a point (m) in the view from above until the point becomes the goal."""
         left, top, width, height = self.box_of(CANVAS)
         scale = height / (ARENA_SIZE + 2.0 * MARGIN)
         for _ in attempts(f'({x}, {y}) did not become the goal'):
@@ -126,7 +121,6 @@ class Page(Chromium):
 
 @contextmanager
 def running_graph(domain_id):
-    """Run the graph with a viewer, and yield the page address and a queue of received goals."""
     goals, end = Queue(), Event()
     with graph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
         add_nodes(live)

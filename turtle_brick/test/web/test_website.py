@@ -57,7 +57,6 @@ str(decisions)
 
 
 def test_the_modules_of_the_site_catch_a_brick_without_any_packages(tmp_path):
-    """The website uses the parameters from turtle.yaml and the URDF from xacro."""
     subprocess.run([*BUILD, tmp_path], check=True)
     output = subprocess.run([*ISOLATED, '-c', CATCH, tmp_path / 'turtle_brick.zip'], check=True,
                             capture_output=True).stdout
@@ -70,7 +69,7 @@ def test_the_modules_of_the_site_catch_a_brick_without_any_packages(tmp_path):
 
 @pytest.fixture(scope='module')
 def chromium() -> Iterator[Chromium]:
-    """Open a browser window with the size of a phone screen."""
+    """Open a phone-sized browser window."""
     if find_chromium() is None:
         pytest.skip('Chromium is not installed. Run: apt-get install chromium')
     with Chromium(400, 800) as chromium:
