@@ -43,7 +43,6 @@ class JointStatePublisher(Node):
     """Publishes the positions of the joints in the robot description."""
 
     def __init__(self) -> None:
-        """Read the parameters, create the publisher and subscribe to the robot description."""
         super().__init__('joint_state_publisher',
                          automatically_declare_parameters_from_overrides=True)
         for name in LEFT_OUT:
@@ -89,7 +88,6 @@ class JointStatePublisher(Node):
         self.positions = {name: zero for name, (_, _, zero) in self.limits.items()}
 
     def publish(self) -> None:
-        """Publish the positions of all known joints in one message."""
         message = JointState(name=list(self.positions), position=[
             float(position) for position in self.positions.values()])
         message.header.stamp = self.get_clock().now().to_msg()
@@ -106,7 +104,6 @@ class Gui(JointStatePublisher):
         print(f'Joint State Publisher: {self.server.url}', file=sys.stderr, flush=True)
 
     def configure(self, description: String) -> None:
-        """Read the joints from a robot description and create a slider for each joint."""
         super().configure(description)
         self.server.update(self.create_sliders)
 
@@ -126,7 +123,7 @@ class Gui(JointStatePublisher):
                 {name: event.target.value}))
 
     def move(self, choose: Callable[[float, float, float], float]) -> None:
-        """Set each joint position to choose(minimum, maximum, zero position)."""
+        """Set each joint to the position returned by choose(minimum, maximum, zero)."""
         def update() -> None:
             for name, limits in self.limits.items():
                 self.sliders[name].value = self.positions[name] = choose(*limits)
@@ -134,7 +131,6 @@ class Gui(JointStatePublisher):
         self.server.update(update)
 
     def destroy_node(self) -> None:
-        """Stop the web server and destroy the node."""
         self.server.stop()
         super().destroy_node()
 

@@ -49,7 +49,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all arguments of this and included launch files, and whether each is required."""
+        """Return all declared arguments, each with a flag that is true if a value is required."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
@@ -62,7 +62,6 @@ class LaunchDescription:
         return found
 
     def get_launch_arguments(self):
-        """Return the launch arguments of this and all included files, without duplicate names."""
         found = {}
         for argument, _ in self.declared_arguments():
             found.setdefault(argument.name, argument)
@@ -90,7 +89,7 @@ def get_launch_description_from_python_launch_file(path):
 
 @cache
 def extensions(group):
-    """Return the entry points in a group, keyed by name. Without the cache, a call takes 5 ms."""
+    """Return the entry points in a group, keyed by name."""
     return {each.name: each for each in entry_points(group=group)}
 
 
@@ -187,12 +186,12 @@ class LaunchContext:
         return self.shutting_down.is_set()
 
     def create_task(self, coroutine):
-        """Start a coroutine as a task. A launch does not end until all its tasks have ended."""
+        """Start a task that must end before the launch can end."""
         self.tasks.append(asyncio.ensure_future(coroutine))
         return self.tasks[-1]
 
     def emit(self, kind, **details):
-        """Emit an event by executing the reactions of all event handlers that match the event."""
+        """Pass an event to all matching handlers and execute the entities that they return."""
         event = SimpleNamespace(**{'kind': kind, 'action': None, **details})
         for handler in list(self.handlers):
             if handler.matches(event):
@@ -205,7 +204,7 @@ class LaunchContext:
                 self.locals.event = outer
 
     def visit(self, entity):
-        """Execute an entity, unless its condition is false, and all entities that it returns."""
+        """Execute an entity and the entities that it returns, unless its condition is false."""
         if entity.condition is None or entity.condition.evaluate(self):
             for each in entity.execute(self) or ():
                 self.visit(each)
@@ -213,18 +212,16 @@ class LaunchContext:
                 self.create_task(self.emit_after(entity.task, 'on_completion', action=entity))
 
     async def emit_after(self, task, kind, **details):
-        """Emit an event after a given task, if any, has ended."""
         if task:
             await asyncio.wait([task])
         self.emit(kind, **details)
 
     async def pause(self, seconds):
-        """Wait until a given duration (s) has passed or the launch begins to shut down."""
+        """Wait for a duration (s) or until the launch begins to shut down."""
         with suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self.shutting_down.wait(), seconds)
 
     def shutdown(self, reason):
-        """End the launch."""
         if not self.is_shutdown:
             self.shutting_down.set()
             self.create_task(self.emit_after(None, 'on_shutdown', reason=reason,
@@ -252,7 +249,7 @@ class LaunchService:
                 self.context.shutdown, 'LaunchService.shutdown() called')
 
     def run(self, *, shutdown_when_idle=True):
-        """Run the launch in the main thread until its processes have exited. Return its status."""
+        """Run the launch in the main thread and return its exit status."""
         status = asyncio.run(self.run_async(shutdown_when_idle))
         number = self.context.signal
         if number != signal.SIGINT:
@@ -261,7 +258,6 @@ class LaunchService:
         return status
 
     async def run_async(self, shutdown_when_idle=True):
-        """Run the launch until all its processes have exited, and return its exit status."""
         context, self._loop = self.context, asyncio.get_running_loop()
         self._loop.set_exception_handler(lambda _, details: self._fail(
             details.get('exception') or details['message']))
@@ -279,7 +275,7 @@ class LaunchService:
             for description in self._descriptions:
                 context.visit(description)
         except Exception as error:
-            if not signals:  # A signal may cause an error in a Command substitution.
+            if not signals:  # Ctrl-C also interrupts the program run by a Command substitution.
                 self._fail(error)
         await asyncio.sleep(0)  # handle pending signals
         while context.tasks or not context.is_shutdown:

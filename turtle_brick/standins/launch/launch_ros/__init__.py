@@ -49,7 +49,7 @@ def _find_executable(context, executable, package):
 
 
 class FindPackage(Substitution):
-    """Base class of substitutions that use find() to return a directory of a package."""
+    """The base class of substitutions that return a package directory."""
 
     def do(self, context, package):
         return self.find(perform(context, package))
@@ -73,7 +73,7 @@ ExecutableInPackage = substitution(
 
 
 class ParameterValue:
-    """A parameter value. A string value is converted to the type given as `value_type`."""
+    """A parameter value. Strings are converted to `value_type`."""
 
     def __init__(self, value, *, value_type=None):
         self.value = [value] if isinstance(value, Substitution) else value
@@ -137,7 +137,7 @@ def evaluate_dict(context, parameters, prefix=''):
 
 
 def join_namespaces(base, namespace):
-    """Append a namespace to a base namespace, or ignore the base if the namespace is absolute."""
+    """Append a namespace to a base namespace unless the namespace is absolute."""
     from rclpy.validate_namespace import validate_namespace
     if base is None or namespace and namespace.startswith('/'):
         base = ''
@@ -147,7 +147,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in the real launch_ros, values added to an existing list remain after a group ends.
+    # As in the real launch_ros, values added to an existing list outlive the scoped group.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 
@@ -259,7 +259,7 @@ def parameter(element):
 
 
 def parameter_value(value, kind, convert):
-    """Convert the value of a `param` element, or return the substitutions in the value, if any."""
+    """Convert the value of a `param` element unless it contains substitutions."""
     parts = substitute(value) if isinstance(value, str) else ()
     if all(isinstance(part, TextSubstitution) for part in parts):
         return convert(perform(None, parts), kind) if parts else value
@@ -267,7 +267,7 @@ def parameter_value(value, kind, convert):
 
 
 def node_options(element, inner):
-    """Remove the elements nested in a `node` element, and return them as arguments of Node."""
+    """Convert the elements nested in a `node` element to arguments of Node."""
     options = {'parameters': [parameter(each) for each in inner if each.tag == 'param']}
     inner[:] = [each for each in inner if each.tag != 'param']
     remappings = map(tuple, take(inner, 'remap', 'src', 'dst'))

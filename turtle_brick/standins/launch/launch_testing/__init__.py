@@ -38,7 +38,6 @@ ReadyToTest = action('ReadyToTest', lambda context: context.emit('on_ready'))
 
 
 def post_shutdown_test():
-    """Return a decorator for test classes that run after all processes have exited."""
     def mark(test_class):
         test_class.after_shutdown = True
         return test_class
@@ -61,7 +60,6 @@ class Record(list):
         self.action, self.process_name = action, action.name
 
     def written_to(self, *streams):
-        """Return the output that the process wrote to the given streams."""
         return b''.join(event.text for event in self if event.kind[3:] in streams)
 
     @property
@@ -81,7 +79,6 @@ class Processes:
         return True
 
     def handle(self, event, context):
-        """Record an event."""
         with self.changed:
             if event.kind == 'on_ready':
                 self.ready.set()

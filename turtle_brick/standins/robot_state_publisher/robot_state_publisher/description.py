@@ -38,14 +38,14 @@ FIXED = ('fixed', 'planar')
 
 ATTRIBUTES: dict[str, dict[str, str]] = yaml.safe_load(
     Path(__file__).with_name('attributes.yaml').read_text(encoding='utf-8'))
-"""Types of each element's attributes: text, number or vector, with `required` if mandatory."""
+"""Attribute types, such as `required text`, keyed by element tag and attribute name."""
 
 JOINT_PARTS = ('origin', 'axis', 'limit', 'safety_controller', 'calibration', 'mimic', 'dynamics')
 NUMBER = re.compile(r'\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?', re.ASCII)
 
 
 class Joint(NamedTuple):
-    """A joint with its origin (m) in the parent frame and its unit axis in the joint frame."""
+    """A URDF joint with its origin (m) in the parent frame and a unit axis in the joint frame."""
 
     name: str
     kind: str
@@ -58,7 +58,7 @@ class Joint(NamedTuple):
     offset: float  # Position (rad or m) when the mimicked joint is at position 0.
 
     def pose(self, position: float) -> Transform:
-        """Return the child link's pose in the parent link (m) at a joint position (rad or m)."""
+        """Return the pose of the child link in the parent frame at a joint position (rad or m)."""
         motion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
         if self.kind in ROTATING:
             motion = turn(self.axis, position)
@@ -102,7 +102,7 @@ def read_joint(element: Element) -> Joint:
     kind = element.get('type')
     if kind not in (*MOVING, *FIXED, 'floating'):
         raise ValueError(f'the type {kind!r} is unknown')
-    # If several parts have the same tag, only the first part is used.
+    # If several child elements have the same tag, only the first is used.
     parts = {part.tag: part for part in reversed(element)}
     if kind in ('fixed', 'floating'):
         parts.pop('axis', None)
@@ -117,7 +117,7 @@ def read_joint(element: Element) -> Joint:
         parts.get(tag, Element(tag)) for tag in ('origin', 'parent', 'child', 'mimic'))
     axis = numbers(parts['axis'], 'xyz', 3, '0 0 0') if 'axis' in parts else (1.0, 0.0, 0.0)
     translation = numbers(origin, 'xyz', 3, '0 0 0')
-    if kind in MOVING and not any(axis):  # The real node divides by the zero length of the axis.
+    if kind in MOVING and not any(axis):  # The real node divides by zero.
         axis = translation = (nan, nan, nan)
     roll, pitch, yaw = numbers(origin, 'rpy', 3, '0 0 0')
     pose: Transform = (*translation, 0.0, 0.0, 0.0, 1.0)
@@ -159,7 +159,7 @@ def by_name(elements: Iterable[Element]) -> dict[str, Element]:
 
 
 def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[Joint]]:
-    """Return the root link and joints of the tree, or raise ValueError if no tree is formed."""
+    """Return the root link and the joints of the tree, or raise ValueError if there is no tree."""
     for joint in joints:
         for end in (joint.parent, joint.child):
             if end not in links or not end:
@@ -188,7 +188,7 @@ def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
     """
     Return the joints in a URDF, sorted by name.
 
-    :param warn: function called with each reason why a part of the URDF is ignored
+    :param warn: function called with a message for each ignored part of the URDF
     :raises ValueError: if the real robot_state_publisher rejects the URDF
     """
     robot = parse_xml(urdf).find('robot')
@@ -218,6 +218,6 @@ def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
     for joint in tree:
         if joint.kind in ('planar', 'floating'):
             warn(f'joint [{joint.name}] does not move: the type {joint.kind!r} is unsupported')
-    # Like floating joints, joints outside the tree are not published.
+    # Joints outside the tree are marked as floating so that they are not published.
     return {name: joint if joint in tree else joint._replace(kind='floating')
             for name, joint in joints.items()}

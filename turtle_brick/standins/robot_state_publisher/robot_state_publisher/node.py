@@ -54,7 +54,6 @@ class RobotStatePublisher(Node):
     """Publishes the transforms of all links. The module docstring lists the ROS API."""
 
     def __init__(self, default_description: str = '', **node_arguments: Any) -> None:
-        """Publish the transforms of fixed joints and subscribe to joint_states."""
         super().__init__('robot_state_publisher', **node_arguments)
         description, self._frequency, self._prefix, self._ignore_stamp = (
             self.declare_parameter(name, default, ParameterDescriptor(read_only=True)).value
@@ -85,7 +84,7 @@ class RobotStatePublisher(Node):
         self.get_logger().info('Robot initialized')
 
     def joint_states_callback(self, state: JointState) -> None:
-        """Publish the transforms of moving joints at a maximum rate of `publish_frequency`."""
+        """Publish the transforms of moving joints at up to `publish_frequency` (Hz)."""
         if len(state.name) != len(state.position):
             self.get_logger().error(
                 'Robot state publisher ignored an invalid JointState message with '
@@ -96,7 +95,7 @@ class RobotStatePublisher(Node):
                 for joint, index, factor, offset in self._find_sources(state.name)]))
 
     def _is_due(self, state: JointState) -> bool:
-        """Return whether to publish transforms for a state, and if so, record the state's time."""
+        """Return whether to publish transforms for a joint state."""
         now = self.get_clock().now().nanoseconds
         stamp = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec
         # As in the real node, the minimum interval is a whole number of milliseconds.
@@ -109,7 +108,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
-        """Return (joint, i, m, b) for each moving joint with the position m * positions[i] + b."""
+        """Return (joint, i, m, b) for moving joints, whose positions are m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
@@ -122,7 +121,6 @@ class RobotStatePublisher(Node):
                 if name in self._joints and self._joints[name].kind in MOVING]
 
     def _transform(self, joint: Joint, position: float, stamp: Time) -> TransformStamped:
-        """Return the transform of a joint at a given position (rad or m)."""
         transform = stamped(self._prefix + joint.parent, self._prefix + joint.child, 0,
                             joint.pose(position))
         transform.header.stamp = stamp

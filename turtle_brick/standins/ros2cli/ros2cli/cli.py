@@ -31,25 +31,25 @@ import yaml
 
 
 def positive(text):
-    """Convert an argument to a number, which must be positive."""
+    """Convert an argument to a positive number."""
     if not float(text) > 0.0:
         raise argparse.ArgumentTypeError('Value must be positive')
     return float(text)
 
 
 class LeftOut(argparse.Action):
-    """An option that causes an error because the stand-in does not support it."""
+    """An unsupported option, which ends the command with an error."""
 
     def __call__(self, parser, namespace, values, option_string=None):
         sys.exit(f'this stand-in for ros2cli does not support {parser.prog} {option_string}')
 
 
 TYPES = {'int': int, 'float': float, 'positive': positive, 'left out': LeftOut}
-"""The Python objects for the values of `type` and `action` in command_line.yaml."""
+"""Python objects for the `type` and `action` values in command_line.yaml."""
 
 
 def add_arguments(parser, arguments):
-    """Add arguments to a parser. A nested list contains mutually exclusive arguments."""
+    """Add arguments to a parser. Arguments in a nested list are mutually exclusive."""
     for each in arguments:
         if isinstance(each, list):
             add_arguments(parser.add_mutually_exclusive_group(), each)
@@ -63,7 +63,7 @@ def add_arguments(parser, arguments):
 
 
 def add_commands(parser, prefix, typed, table):
-    """Add commands with a given prefix to a parser, with arguments only for the typed command."""
+    """Add the commands with a given prefix, and the arguments of the command that was entered."""
     commands = {name[len(prefix):]: text for name, text in table['words'].items()
                 if name.startswith(prefix) and ' ' not in name[len(prefix):]}
     width = max(len(name) for name, text in commands.items() if text)
@@ -94,7 +94,7 @@ def add_command(parser, command, typed, table):
 
 
 def parse(argv):
-    """Parse the command line. The `function` attribute of the result runs the verb."""
+    """Parse the command line and select the function to run."""
     text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
     table = yaml.load(text, Loader=yaml.CSafeLoader)
     parser = argparse.ArgumentParser(
@@ -115,7 +115,7 @@ def parse(argv):
 
 
 def complete(verbs, action, parsed_args, **_):
-    """Return the possible values of an argument, which are the output of another verb."""
+    """Return completions for an argument by running another verb."""
     os.environ.pop('_ARGCOMPLETE', None)
     with redirect_stdout(StringIO()) as output:
         if action.dest in verbs:
@@ -133,12 +133,11 @@ def leave_graph(status):
 
 
 def interrupt(number, _):
-    """Raise KeyboardInterrupt with the number of the received signal."""
     raise KeyboardInterrupt(int(number))
 
 
 def main():
-    """Run the verb that the user typed, and exit with the status of the verb."""
+    """Run the verb given on the command line and exit with its status."""
     # A background job in a shell script ignores SIGINT unless the job sets a handler.
     signal.signal(signal.SIGTERM, interrupt)
     signal.signal(signal.SIGINT, interrupt)

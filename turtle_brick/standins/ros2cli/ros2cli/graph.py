@@ -40,10 +40,10 @@ KNOWN, FOUND, MISSING, LIMIT = 40, 25, 100, 400
 """
 Time limits for discovery, counted in spins because each spin takes longer on a busy machine.
 
-Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears. The
-graph is known if it is complete and its names have not changed for KNOWN spins. A command for one
-node, topic or service waits only until this entity has not changed for FOUND spins. After MISSING
-spins, an entity that has not been found counts as absent, and a graph without nodes as empty.
+Participants announce themselves every 0.3 s (fastdds.xml) and when a new participant appears.
+Discovery ends when the graph is complete and has not changed for KNOWN spins, or FOUND spins if a
+command requires only one node, topic or service. If the graph is incomplete or nothing is found,
+discovery ends after MISSING spins without a change. Discovery never takes more than LIMIT spins.
 """
 
 SERVICE_TIMEOUT = 5.0
@@ -58,10 +58,10 @@ TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boo
 
 
 joined: list['GraphNode'] = []
-"""The node of this command, if any, which leave() destroys after the command has run."""
+"""The node of this command, if any, which leave() destroys."""
 
 _signals: list[int] = []
-"""Signal numbers, recorded because rclpy may lose an exception raised in a signal handler."""
+"""Received signal numbers. rclpy may lose an exception raised in a signal handler."""
 
 
 class GraphNode(Node):
@@ -95,7 +95,7 @@ class GraphNode(Node):
             raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Spin until the graph or, if `found` is given, the result of found(self) is known."""
+        """Spin until the graph, or the entity that found(self) returns, has been discovered."""
         state, unchanged = None, 0
         for _ in range(LIMIT):
             previous, state = state, found(self) if found else (
@@ -108,22 +108,20 @@ class GraphNode(Node):
             self._spin_once()
 
     def node_names(self, hidden=False):
-        """Return the sorted full names of all nodes."""
+        """Return the sorted full names of the nodes."""
         return sorted(f'{namespace.rstrip("/")}/{name}'
                       for name, namespace in self.get_node_names_and_namespaces()
                       if hidden or not name.startswith('_'))
 
     def topic_types(self, hidden=True):
-        """Return a dictionary of topic types, keyed by topic name."""
         return visible(self.get_topic_names_and_types(), hidden)
 
     def service_types(self, hidden=True):
-        """Return a dictionary of service types, keyed by service name."""
         return visible(self.get_service_names_and_types(), hidden)
 
 
 def is_complete(graph):
-    """Return whether the nodes of all DDS participants and the nodes' services are known."""
+    """Return whether the nodes of all DDS participants and all services are known."""
     known = participants(graph.get_publishers_info_by_topic('ros_discovery_info', no_mangle=True))
     named = participants(end for end in graph.get_publishers_info_by_topic('/parameter_events')
                          if not end.node_name.startswith('_NODE_NAME_UNKNOWN_'))
@@ -132,7 +130,7 @@ def is_complete(graph):
     try:
         return all(has_all_services(graph, *node)
                    for node in graph.get_node_names_and_namespaces())
-    except NodeNameNonExistentError:  # A node has left the graph in the meantime.
+    except NodeNameNonExistentError:  # A node has just left the graph.
         return False
 
 
@@ -186,7 +184,6 @@ def visible(names_and_types, hidden):
 
 
 def node_list(args):
-    """Print the names of all nodes in the graph."""
     with open_graph() as graph:
         names = graph.node_names(args.all)
     if args.count_nodes:
@@ -199,7 +196,6 @@ def node_list(args):
 
 
 def node_info(args):
-    """Print the topics, services and actions of a node."""
     from rclpy import action  # rclpy.action is slow to import and is used only here.
 
     def exists(graph):
@@ -225,7 +221,7 @@ def node_info(args):
 
 
 def print_names(get_types, args):
-    """Print the names of all topics or services, or only of those with a given type."""
+    """Print the names of all topics, services or actions, or only of those with a given type."""
     with open_graph() as graph:
         found = {name: types for name, types in get_types(
             graph, getattr(args, 'hidden', False)).items()
@@ -261,7 +257,6 @@ topic_type = partial(print_type, GraphNode.topic_types, 'topic_name')
 
 
 def service_info(args):
-    """Print the type of a service and the numbers of its clients and servers."""
     name = args.service_name
     with open_graph(lambda graph: name in graph.service_types() and (
             graph.count_clients(name), graph.count_services(name))) as graph:
@@ -274,7 +269,6 @@ def service_info(args):
 
 
 def topic_info(args):
-    """Print the type, the publishers and the subscriptions of a topic."""
     name, gap = args.topic_name, '\n\n' if args.verbose else '\n'
     with open_graph(lambda graph: name in graph.topic_types() and (
             graph.count_publishers(name), graph.count_subscribers(name))) as graph:
@@ -291,7 +285,7 @@ def topic_info(args):
 
 
 def matching_nodes(graph, args):
-    """Return the names of the nodes that the command line selects."""
+    """Return the names of the nodes that match args.node_name (default: all nodes)."""
     return [name for name in dict.fromkeys(graph.node_names(args.include_hidden_nodes))
             if args.node_name in (None, name, name[1:])]
 
@@ -319,7 +313,6 @@ def parameter_services(args):
 
 
 def param_list(args):
-    """Print the parameter names of one node or of all nodes."""
     with open_graph(lambda graph: matching_nodes(graph, args)) as graph:
         if args.node_name and not matching_nodes(graph, args):
             return 'Node not found'
@@ -341,7 +334,6 @@ def param_list(args):
 
 
 def param_get(args):
-    """Print the value of a parameter."""
     with parameter_services(args) as call:
         values = call('get_parameters', names=[args.parameter_name]).values
     if not values:
@@ -357,7 +349,6 @@ def param_get(args):
 
 
 def param_dump(args):
-    """Print the parameters of a node in the format of a parameter file."""
     tree = {}
     with parameter_services(args) as call:
         names = sorted(call('list_parameters').result.names)
@@ -379,14 +370,12 @@ def set_parameters(args, parameters, succeeded, failed):
 
 
 def param_set(args):
-    """Set a parameter."""
     value = ros_parameter.get_parameter_value(string_value=args.value)
     set_parameters(args, [Parameter(name=args.parameter_name, value=value)],
                    'Set parameter successful', 'Setting parameter failed')
 
 
 def param_load(args):
-    """Set the parameters of a node to the values in a parameter file."""
     parameters = ros_parameter.parameter_dict_from_yaml_file(
         args.parameter_file, not args.no_use_wildcard)
     set_parameters(args, list(parameters.values()), 'Set parameter {} successful',
@@ -394,7 +383,6 @@ def param_load(args):
 
 
 def param_describe(args):
-    """Print the descriptions of parameters."""
     with parameter_services(args) as call:
         descriptors = call('describe_parameters', names=args.parameter_names).descriptors
     for each in descriptors:

@@ -44,12 +44,11 @@ def interface(name, kind, problem):
 
 
 def read_values(args):
-    """Read the values of message fields from the command line or from standard input."""
     return yaml.safe_load(sys.stdin.read() if args.stdin else args.values)
 
 
 def fill(message, values, stamps=None):
-    """Set message fields. `stamps` collects the fields to be set to the publication time."""
+    """Set message fields. Fields that need the publication time are added to `stamps`."""
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a "
                         f'{type(values).__name__}')
@@ -126,7 +125,7 @@ def to_csv(value):
 
 
 def message_filter(text):
-    """Return a function that evaluates a Python expression for a given message `m`."""
+    """Return a function that evaluates a Python expression, in which `m` is the message."""
     def passes(m):
         try:
             return text is None or eval(text)
@@ -162,7 +161,6 @@ def qos_profile(args, publishers=()):
 
 
 def topic_echo(args):
-    """Print the messages on a topic."""
     passes, done = message_filter(args.filter_expr), False
 
     def on_message(message):
@@ -196,7 +194,6 @@ def topic_echo(args):
 
 
 def topic_pub(args):
-    """Publish messages."""
     kind = interface(args.message_type, 'msg', 'The passed message type is invalid')
     values, count, stamps = read_values(args), 0, []
     if not isinstance(values, dict):
@@ -231,7 +228,6 @@ def topic_pub(args):
 
 
 def service_call(args):
-    """Call a service."""
     kind = interface(args.service_type, 'srv', 'The passed service type is invalid')
     if not hasattr(kind, 'Request'):
         return 'The passed type is not a service'
@@ -292,7 +288,7 @@ def rate_report(samples, window, now, is_new):
 
 
 def delay_report(samples, window, now, is_new):
-    """Return a line with the average delay from the timestamps of messages to their reception."""
+    """Return a line with the average delay between message timestamps and reception."""
     if not is_new:
         return 'no new messages'
     delays = [time - stamp for time, stamp in samples][1:]

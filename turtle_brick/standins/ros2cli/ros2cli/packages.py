@@ -36,7 +36,6 @@ def executables(package):
 
 
 def pkg_executables(args):
-    """Print the executables in one package or in all packages."""
     given = args.package_name is not None
     for package in sorted([args.package_name] if given else index.get_packages_with_prefixes()):
         for path in executables(package):
@@ -44,7 +43,6 @@ def pkg_executables(args):
 
 
 def pkg_launch_files(args):
-    """Print the names of the launch files in a package."""
     for _, _, names in os.walk(index.get_package_share_directory(args.package_name)):
         for name in names:
             if name.endswith(('launch.py', 'launch.xml')):
@@ -52,12 +50,10 @@ def pkg_launch_files(args):
 
 
 def pkg_list(args):
-    """Print the names of all installed packages."""
     print(*sorted(index.get_packages_with_prefixes()), sep='\n')
 
 
 def pkg_prefix(args):
-    """Print the installation prefix or the share directory of a package."""
     find = index.get_package_share_directory if args.share else index.get_package_prefix
     try:
         print(find(args.package_name))
@@ -66,7 +62,7 @@ def pkg_prefix(args):
 
 
 def requested_kinds(args):
-    """Return the requested interface kinds (default: all) with headings such as 'Messages'."""
+    """Return the requested interface kinds (default: all), keyed by heading."""
     kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
     return {heading: kind for heading, kind in kinds.items()
             if getattr(args, f'only_{kind}s')} or kinds
@@ -82,7 +78,7 @@ def interface_names(package, kind):
 
 
 def daemon_status(args):
-    """Print that no daemon is running, because each command discovers the graph itself."""
+    """Report that no daemon runs. Each command discovers the graph itself."""
     print('The daemon is not running')
 
 
@@ -90,7 +86,6 @@ daemon_stop = daemon_status
 
 
 def interface_list(args):
-    """Print the names of all interface types."""
     for heading, kind in requested_kinds(args).items():
         print(f'{heading}:')
         for package in sorted(index.get_resources('rosidl_interfaces')):
@@ -99,7 +94,6 @@ def interface_list(args):
 
 
 def interface_package(args):
-    """Print the names of the interface types in a package."""
     if not index.has_resource('packages', args.package_name):
         return f"Unknown package '{args.package_name}'"
     for kind in requested_kinds(args).values():
@@ -108,14 +102,12 @@ def interface_package(args):
 
 
 def interface_packages(args):
-    """Print the names of the packages that contain interfaces."""
     for package in sorted(index.get_resources('rosidl_interfaces')):
         if any(interface_names(package, kind) for kind in requested_kinds(args).values()):
             print(package)
 
 
 def interface_show(args):
-    """Print the definition of an interface."""
     show(sys.stdin.readline().strip() if args.type == '-' else args.type, not args.no_comments,
          args.all_comments)
 
@@ -197,7 +189,6 @@ def launch(args):
 
 
 def show_arguments(path):
-    """Print the launch arguments that a launch file declares."""
     from launch.launch_description_sources import get_launch_description_from_any_launch_file
 
     try:

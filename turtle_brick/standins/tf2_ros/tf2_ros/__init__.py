@@ -14,8 +14,8 @@
 """
 The pure Python stand-in for the tf2_ros module from tf2_ros_py 0.36.4.
 
-This module contains the transform buffer, listener, broadcasters and exceptions. The listener's
-callbacks run in the executor of its node. The README for the stand-ins lists missing features.
+The callbacks of TransformListener run in the executor of its node. The README for the stand-ins
+lists missing features.
 """
 
 from collections.abc import Iterable
@@ -51,7 +51,6 @@ def missing(name: str) -> str:
 
 
 def __getattr__(name: str) -> NoReturn:
-    """Raise an error that explains why a name is missing from this stand-in."""
     raise (ImportError if name[:1].isupper() else AttributeError)(missing(name))
 
 
@@ -59,10 +58,9 @@ class Buffer(BufferCore):
     """A transform buffer that can wait for transforms."""
 
     def __init__(self, cache_time: Duration | None = None, node: Node | None = None) -> None:
-        """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
         super().__init__(cache_time)
         self._futures: dict[Future, tuple[str, str, AnyTime]] = {}
-        """Unfinished futures from wait_for_transform_async, and the arguments of each call."""
+        """Arguments of wait_for_transform_async, keyed by unfinished future."""
 
     def __getattr__(self, name: str) -> NoReturn:
         raise AttributeError(missing(f'Buffer.{name}'))
@@ -83,7 +81,7 @@ class Buffer(BufferCore):
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
                       ) -> bool | tuple[bool, str]:
-        """Return whether a transform is available within a timeout, and optionally a reason."""
+        """Return whether a transform becomes available within a timeout."""
         def answer() -> tuple[bool, str]:
             return self.can_transform_core(target_frame, source_frame, time)
 
@@ -97,7 +95,6 @@ class Buffer(BufferCore):
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
                                  ) -> Future:
-        """Return a future that completes with the transform once the transform is available."""
         future = Future()
         with self._changed:
             self._futures[future] = target_frame, source_frame, time
@@ -106,12 +103,10 @@ class Buffer(BufferCore):
 
     async def lookup_transform_async(self, target_frame: str, source_frame: str, time: AnyTime
                                      ) -> TransformStamped:
-        """Wait until a transform is available, and return it."""
         await self.wait_for_transform_async(target_frame, source_frame, time)
         return self.lookup_transform_core(target_frame, source_frame, time)
 
     def _complete_futures(self) -> None:
-        """Set the results of all futures whose transforms are available."""
         with self._changed:
             for future, arguments in list(self._futures.items()):
                 if self.can_transform_core(*arguments)[0]:
@@ -125,7 +120,6 @@ class TransformListener:
     def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
                  qos: QoSProfile | int | None = None, static_qos: QoSProfile | int | None = None
                  ) -> None:
-        """Create reliable subscriptions with a depth of 100, unless QoS profiles are given."""
         if spin_thread:
             raise TypeError(missing('spin_thread'))
         self.buffer = buffer
@@ -140,23 +134,19 @@ class TransformListener:
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
 
     def unregister(self) -> None:
-        """Unsubscribe from /tf and /tf_static."""
         self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
 
     def callback(self, data: TFMessage) -> None:
-        """Store transforms of moving frames."""
         for transform in data.transforms:
             self.buffer.set_transform(transform, 'default_authority')
 
     def static_callback(self, data: TFMessage) -> None:
-        """Store static transforms."""
         for transform in data.transforms:
             self.buffer.set_transform_static(transform, 'default_authority')
 
 
 def as_list(transform: TransformStamped | Iterable[TransformStamped]) -> list[TransformStamped]:
-    """Return one or more transforms as a list."""
     return list(transform) if hasattr(transform, '__iter__') else [transform]
 
 
@@ -164,11 +154,9 @@ class TransformBroadcaster:
     """A publisher of transforms on /tf."""
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create the publisher, which by default is reliable and has a depth of 100."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf', qos or QoSProfile(depth=100))
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Publish one or more transforms in one message."""
         self.pub_tf.publish(TFMessage(transforms=as_list(transform)))
 
 
@@ -181,14 +169,12 @@ class StaticTransformBroadcaster:
     """
 
     def __init__(self, node: Node, qos: QoSProfile | int | None = None) -> None:
-        """Create the publisher, which by default is reliable and latched and has a depth of 1."""
         self.pub_tf = node.create_publisher(TFMessage, '/tf_static', qos or QoSProfile(
             depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.net_message = TFMessage()
         self._child_frame_ids: set[str] = set()
 
     def sendTransform(self, transform: TransformStamped | Iterable[TransformStamped]) -> None:
-        """Publish one or more transforms together with all earlier transforms."""
         for item in as_list(transform):
             if item.child_frame_id not in self._child_frame_ids:
                 self._child_frame_ids.add(item.child_frame_id)

@@ -64,7 +64,7 @@ class InvalidArgumentException(TransformException):
 
 
 class TimeoutException(TransformException):
-    """Defined as in tf2, but never raised in this stand-in."""
+    """Never raised in this stand-in."""
 
 
 class NoDataError(Exception):
@@ -79,7 +79,7 @@ def display_time(time: int) -> str:
 
 def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     """
-    Return a quaternion normalized to unit length, with the same sign as in tf2.
+    Normalize a quaternion to unit length and choose its sign as tf2 does.
 
     w is positive if |w| > 1/2. Otherwise, the component with the largest magnitude is positive.
     """
@@ -111,18 +111,16 @@ class Cache:
     """The recent transforms of a moving frame, or the only transform of a static frame."""
 
     def __init__(self, static: bool, max_age: int) -> None:
-        """Create an empty cache that removes transforms older than `max_age` (ns)."""
         self.static = static
         self._max_age = max_age
         self._times: list[int] = []
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest transform's time (ns) and parent, or (0, None) if there is none."""
+        """Return the time (ns) and parent of the latest transform, or (0, None)."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
-        """Remove all transforms, unless the frame is static."""
         if not self.static:
             self._times.clear()
             self._entries.clear()
@@ -182,7 +180,7 @@ def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
 
 
 def compose(outer: Transform, inner: Transform) -> Transform:
-    """Return the product of two transforms. The inner transform is applied first."""
+    """Return the transform that applies `inner` first and then `outer`."""
     x, y, z, qx, qy, qz, qw = outer
     ix, iy, iz, px, py, pz, pw = inner
     # The vector v rotated by the quaternion (q, w) is v + 2 w (q x v) + 2 q x (q x v).
@@ -199,7 +197,6 @@ def compose(outer: Transform, inner: Transform) -> Transform:
 
 
 def invert(transform: Transform) -> Transform:
-    """Return the inverse of a transform."""
     x, y, z, qx, qy, qz, qw = transform
     inverse = (0.0, 0.0, 0.0, -qx, -qy, -qz, qw)
     return compose(inverse, (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
@@ -214,7 +211,6 @@ class BufferCore:
     """
 
     def __init__(self, cache_time: Duration | None = None) -> None:
-        """Create an empty buffer that keeps transforms for a given duration (default: 10 s)."""
         self._cache_time = nanoseconds_of(cache_time or Duration(seconds=10))
         self._frames: dict[str, Cache | None] = {}
         """Transforms from each frame to its parent, or None for a frame without a parent."""
@@ -226,7 +222,6 @@ class BufferCore:
         self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Add a static transform, which is valid at all times."""
         self._insert(transform, authority, True)
 
     def clear(self) -> None:
@@ -269,7 +264,6 @@ class BufferCore:
                            *self._between(target_frame, source_frame, nanoseconds))
 
     def all_frames_as_string(self) -> str:
-        """Return a string with one line for each frame that has a parent."""
         with self._changed:
             return ''.join(f'Frame {name} exists with parent {cache.latest()[1] or "NO_PARENT"}.\n'
                            for name, cache in self._frames.items() if cache is not None)
@@ -318,7 +312,6 @@ class BufferCore:
             'frame does not exist')
 
     def _check(self, argument: str, name: str) -> None:
-        """Raise the same exception as lookupTransform in tf2 if a frame cannot be used."""
         problem = self._problem(name)
         if problem == 'frame does not exist':
             raise LookupException(
@@ -329,7 +322,7 @@ class BufferCore:
                 f'{problem}')
 
     def _between(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return the time of the lookup (ns) and the source frame's pose in the target frame."""
+        """Return the lookup time (ns) and the pose of the source frame in the target frame."""
         if time == 0:
             time = self._latest_common_time(target, source)
         top, of_source, source_gap = self._climb(source, target, target, time)
@@ -349,7 +342,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Follow the parents of a frame. Return the last frame, the pose in it, and any error."""
+        """Return the last ancestor found, the pose of the frame in the ancestor, and any error."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -376,7 +369,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield all ancestors of a frame and the latest common times (ns) of the paths to them."""
+        """Yield each ancestor and the latest common time (ns) of the transforms to it."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

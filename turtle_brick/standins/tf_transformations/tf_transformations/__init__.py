@@ -28,7 +28,6 @@ from transforms3d import affines, euler, quaternions
 
 
 def __getattr__(name: str) -> NoReturn:
-    """Raise an error that explains why a name is missing from this stand-in."""
     raise (AttributeError if name.startswith('__') else ImportError)(
         f'{name} is not in the stand-in for tf_transformations: check its spelling, use another '
         'function, or install the real ROS 2 Jazzy')
@@ -49,60 +48,49 @@ def _homogeneous(rotation) -> numpy.ndarray:
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> tuple:
-    """Return the quaternion for three Euler angles."""
     return _w_last(euler.euler2quat(ai, aj, ak, axes))
 
 
 def quaternion_from_matrix(matrix) -> tuple:
-    """Return the quaternion for the rotation in a matrix."""
     return _w_last(quaternions.mat2quat(numpy.asarray(matrix)[:3, :3]))
 
 
 def quaternion_about_axis(angle: float, axis: Sequence[float]) -> tuple:
-    """Return the quaternion for a rotation about an axis."""
     return _w_last(quaternions.axangle2quat(axis, angle))
 
 
 def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[float]) -> tuple:
-    """Return the product of two quaternions. The product applies the second rotation first."""
+    """Return quaternion1 * quaternion0, which applies the rotation quaternion0 first."""
     return _w_last(quaternions.qmult(_w_first(quaternion1), _w_first(quaternion0)))
 
 
 def quaternion_conjugate(quaternion: Sequence[float]) -> numpy.ndarray:
-    """Return the conjugate of a quaternion."""
     return numpy.multiply(quaternion, (-1.0, -1.0, -1.0, 1.0))
 
 
 def quaternion_inverse(quaternion: Sequence[float]) -> numpy.ndarray:
-    """Return the inverse of a quaternion."""
     return quaternion_conjugate(quaternion) / numpy.dot(quaternion, quaternion)
 
 
 def quaternion_matrix(quaternion: Sequence[float]) -> numpy.ndarray:
-    """Return the rotation matrix for a quaternion."""
     return _homogeneous(quaternions.quat2mat(_w_first(quaternion)))
 
 
 def euler_from_quaternion(quaternion: Sequence[float], axes: str = 'sxyz') -> tuple:
-    """Return the three Euler angles for a quaternion."""
     return euler.quat2euler(_w_first(quaternion), axes)
 
 
 def euler_from_matrix(matrix, axes: str = 'sxyz') -> tuple:
-    """Return the three Euler angles for the rotation in a matrix."""
     return euler.mat2euler(numpy.asarray(matrix)[:3, :3], axes)
 
 
 def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> numpy.ndarray:
-    """Return the rotation matrix for three Euler angles."""
     return _homogeneous(euler.euler2mat(ai, aj, ak, axes))
 
 
 def translation_matrix(direction: Sequence[float]) -> numpy.ndarray:
-    """Return the homogeneous matrix for a translation."""
     return affines.compose(direction, numpy.identity(3), numpy.ones(3))
 
 
 def concatenate_matrices(*matrices) -> numpy.ndarray:
-    """Return the product of matrices."""
     return reduce(numpy.dot, matrices, numpy.identity(4))

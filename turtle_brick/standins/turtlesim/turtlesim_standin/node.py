@@ -94,7 +94,6 @@ class TurtleTopics:
         self._publisher.publish(Pose(**pose._asdict()))
 
     def close(self) -> None:
-        """Destroy the topics and services."""
         self._node.destroy_publisher(self._publisher)
         self._node.destroy_subscription(self._subscription)
         for service in self._services:
@@ -105,7 +104,6 @@ class TurtleSimNode(Node):
     """Turtlesim without a window. The module docstring lists the ROS API."""
 
     def __init__(self, **node_arguments: Any) -> None:
-        """Start the simulation with turtle1 in the center."""
         super().__init__('turtlesim', **node_arguments)
         self.declare_parameter('holonomic', False, ParameterDescriptor(
             description='If true, then turtles will be holonomic'))
@@ -129,11 +127,9 @@ class TurtleSimNode(Node):
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now(self) -> float:
-        """Return the current time (s) of the node's clock."""
         return self.get_clock().now().nanoseconds * 1e-9
 
     def _tick(self) -> None:
-        """Advance the simulation by one time step and publish the poses of all turtles."""
         for name, pose in self._sim.tick(self._now()).items():
             clamped = self._sim.turtles[name].clamped
             if clamped:

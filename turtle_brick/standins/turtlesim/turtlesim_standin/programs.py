@@ -46,7 +46,6 @@ class Program(Node):
     """A node that sends velocity commands to a turtle."""
 
     def __init__(self, name: str, topic: str = 'turtle1/cmd_vel') -> None:
-        """Create the publisher of commands."""
         super().__init__(name)
         self._publisher = self.create_publisher(Twist, topic, QUEUE_DEPTH)
 
@@ -59,7 +58,6 @@ class Mimic(Program):
     """Makes one turtle move with the velocity of another turtle."""
 
     def __init__(self) -> None:
-        """Subscribe to the pose of the other turtle."""
         super().__init__('turtle_mimic', 'output/cmd_vel')
         self.create_subscription(Pose, 'input/pose', lambda pose: self.drive(
             pose.linear_velocity, pose.angular_velocity), QUEUE_DEPTH)
@@ -69,7 +67,6 @@ class DrawSquare(Program):
     """Drives turtle1 along 2 m squares by publishing one command for each received pose."""
 
     def __init__(self) -> None:
-        """Create a client for the reset service and subscribe to the pose of turtle1."""
         super().__init__('draw_square')
         self._client = self.create_client(Empty, 'reset')
         self._reset: Future | None = None
@@ -77,7 +74,6 @@ class DrawSquare(Program):
         self.create_subscription(Pose, 'turtle1/pose', self._on_pose, QUEUE_DEPTH)
 
     def _on_pose(self, _: Pose) -> None:
-        """Reset turtlesim once, and then publish one command for each pose."""
         if self._reset is None and self._client.service_is_ready():
             self._reset = self._client.call_async(Empty.Request())
         if self._reset is not None and self._reset.done():
@@ -88,7 +84,7 @@ class TeleopKey(Program):
     """Drives turtle1 with the arrow keys until the user presses q."""
 
     def __init__(self) -> None:
-        """Set the terminal to pass on each key without waiting for Enter."""
+        """Make the terminal deliver each key immediately."""
         super().__init__('teleop_turtle')
         for name in ('scale_linear', 'scale_angular'):
             self.declare_parameter(name, 2.0)
@@ -100,7 +96,6 @@ class TeleopKey(Program):
         self.create_timer(0.02, self._on_timer)
 
     def _on_timer(self) -> None:
-        """Publish a velocity command for each arrow key that the user has pressed."""
         while select([sys.stdin], [], [], 0.0)[0]:
             key = os.read(sys.stdin.fileno(), 1)
             if key in (b'q', b''):
@@ -113,7 +108,6 @@ class TeleopKey(Program):
                 self.get_logger().warning('this stand-in for turtlesim has no rotate_absolute')
 
     def destroy_node(self) -> None:
-        """Restore the terminal settings and destroy the node."""
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._terminal)
         super().destroy_node()
 

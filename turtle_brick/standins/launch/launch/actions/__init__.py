@@ -31,10 +31,10 @@ __getattr__ = missing_name('launch')
 
 
 class Action(Deferred):
-    """The base class of all actions, which implement their effects in a `do` method."""
+    """The base class of all actions. Subclasses implement `do`."""
 
     actions = ()
-    task = None  # the task that completes the action if execute() only starts the action
+    task = None  # set to a task if the action continues after execute() returns
     execute = Deferred.call
 
     def __init__(self, *args, condition=None, **kwargs):
@@ -42,12 +42,11 @@ class Action(Deferred):
         self.condition = condition
 
     def get_sub_entities(self):
-        """Return the actions nested in this action."""
         return self.actions
 
 
 def action(name, function):
-    """Create an action class from a function, which may return additional entities to execute."""
+    """Create an action class whose `do` method is a given function."""
     return type(name, (Action,), {'do': staticmethod(function)})
 
 
@@ -121,7 +120,7 @@ UnregisterEventHandler = action('UnregisterEventHandler', lambda context, event_
 # ------------------------------------------------------------------------- launch.event_handlers
 
 class EventHandler:
-    """Reacts to events by executing given entities, or the entities that a function returns."""
+    """An event handler whose reactions are entities or functions that return entities."""
 
     def __init__(self, *, target_action=None, handle_once=False, **reactions):
         self.target_action, self.handle_once = target_action, handle_once
@@ -131,13 +130,11 @@ class EventHandler:
                             f'{", ".join(reactions) or "neither"}')
 
     def matches(self, event):
-        """Return whether this handler reacts to a given event."""
         target = self.target_action
         return event.kind in self.reactions and (
             target in (None, event.action) or callable(target) and target(event.action))
 
     def handle(self, event, context):
-        """Return the entities to execute in reaction to an event."""
         reaction = self.reactions[event.kind]
         if not callable(reaction):
             return reaction
@@ -270,7 +267,6 @@ class ExecuteProcess(Action):
             self.task = context.create_task(self._run())
 
     def emit(self, kind, **details):
-        """Emit an event with the details of this process."""
         self.context.emit(kind, **self.process_details, process_name=self.name, **details)
 
     async def _run(self):
@@ -325,7 +321,7 @@ class ExecuteProcess(Action):
         self.emit('on_exit', returncode=code)
 
     def end(self, number):
-        """Send SIGINT or SIGTERM to the process, and then stronger signals until it ends."""
+        """End the process by sending signals, up to SIGKILL if necessary."""
         if self.popen and self.popen.poll() is None:
             self.context.create_task(self._end(number))
 

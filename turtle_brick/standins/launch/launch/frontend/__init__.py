@@ -44,14 +44,13 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the function arguments that launch files can set, and the required arguments."""
+    """Return the argument names that launch files can use, and the required names among them."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
 
 
 def unescape(text):
-    """Replace each escape sequence in a string with the escaped character."""
     return re.sub(r'\\(.)', r'\1', text)
 
 
@@ -86,7 +85,7 @@ def substitute(text):
 
 
 def split(text):
-    """Split a command into words at spaces, except for spaces inside substitutions."""
+    """Split a command into words without splitting substitutions."""
     words, word = [], []
     for part in substitute(text):
         if not isinstance(part, TextSubstitution):
@@ -102,7 +101,6 @@ def split(text):
 
 
 def on_exit(text):
-    """Return the actions for the value of an `on_exit` attribute, which must be 'shutdown'."""
     if text == 'shutdown':
         return [actions.Shutdown()]
     raise ValueError('Attribute on_exit of Entity node expected to be shutdown but got '
@@ -116,7 +114,7 @@ READERS = {  # functions that convert attributes with a special syntax
 
 
 def read(name, value):
-    """Convert the value of an attribute to the corresponding argument of an action."""
+    """Convert an attribute value to an action argument."""
     if name in READERS:
         return READERS[name](value)
     if isinstance(value, str) and (name not in KINDS or name == 'period'):
@@ -145,7 +143,7 @@ def attributes(element, known, needed=()):
 
 
 def take(elements, tag, *names):
-    """Remove elements with a given tag from a list, and return the values of given attributes."""
+    """Remove all elements with a given tag from a list and return their attribute values."""
     taken = [[attributes(each, names, names)[name] for name in names] for each in elements
              if each.tag == tag]
     elements[:] = [each for each in elements if each.tag != tag]
@@ -153,14 +151,13 @@ def take(elements, tag, *names):
 
 
 def take_all(elements):
-    """Convert all elements in a list to actions, and empty the list."""
     taken = [action(each) for each in elements]
     elements.clear()
     return taken
 
 
 def take_pairs(elements, tag):
-    """Remove all elements with a given tag from a list. Return their values keyed by name."""
+    """Remove all elements with a given tag from a list and return their values keyed by name."""
     return {tuple(name): value for name, value in take(elements, tag, 'name', 'value')}
 
 
@@ -221,13 +218,13 @@ def parse_xml(path):
 
 
 class YAMLElement(ElementTree.Element):
-    """An element whose attribute values keep their types from the YAML file."""
+    """An element whose attribute values keep their YAML types."""
 
     typed = True
 
 
 def yaml_element(tag, content):
-    """Convert content from a YAML file to an element with a given tag."""
+    """Convert YAML content to an element with a given tag."""
     element = YAMLElement(tag)
     content = content if isinstance(content, dict) else {'children': content or ()}
     for name, value in content.items():

@@ -36,7 +36,7 @@ import yaml
 
 
 def missing_name(package):
-    """Return a module-level __getattr__ that imports submodules and explains missing names."""
+    """Return a module-level __getattr__ that imports submodules and reports missing names."""
     def __getattr__(name):
         with suppress(ModuleNotFoundError):
             return importlib.import_module(f'{package}.{name}')
@@ -95,7 +95,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores arguments until call() passes them to `do` together with the launch context."""
+    """Stores constructor arguments, which call() passes to `do`."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -113,13 +113,11 @@ class Deferred:
 
 
 def normalize_to_list_of_substitutions(value):
-    """Convert a string, a substitution, or a list of both to a list of substitutions."""
     return [part if isinstance(part, Substitution) else TextSubstitution(text=part)
             for part in (value if isinstance(value, (list, tuple)) else [value])]
 
 
 def perform_substitutions(context, value):
-    """Expand a string, a substitution, or a list of strings and substitutions to one string."""
     return ''.join(part.perform(context) for part in normalize_to_list_of_substitutions(value))
 
 
@@ -127,7 +125,7 @@ perform = perform_substitutions
 
 
 def read_typed(text, kind=None):
-    """Convert a string to a type such as bool or list[int] (default: its type in YAML)."""
+    """Convert a string to a type such as bool or list[int] (default: according to YAML rules)."""
     if kind in (str, int, float):
         return kind(text)
     if kind is bool and text in ('0', '1'):
@@ -153,7 +151,7 @@ class SubstitutionFailure(RuntimeError):
 
 
 class Substitution(Deferred):
-    """The base class of substitutions, whose `do` methods return their values as strings."""
+    """The base class of all substitutions. Subclasses implement `do`."""
 
     perform = Deferred.call
     separator = ' + '
@@ -165,7 +163,6 @@ class Substitution(Deferred):
 
 
 def describe(value, separator=' + '):
-    """Return the unexpanded form of a string, a substitution, or a list of these."""
     if isinstance(value, (list, tuple)):
         return separator.join(map(describe, value))
     return value.describe() if isinstance(value, Substitution) else f"'{value}'"
