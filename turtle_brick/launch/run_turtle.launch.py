@@ -32,8 +32,8 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'namespace', default_value='',
             description='The namespace of all nodes, topics and services, including TF.'),
-        # The included file also sets the namespace of the nodes below, and comes first because
-        # launch waits for xacro here, and Ctrl-C during this wait would not stop running nodes.
+        # The included file also sets the namespace of the nodes below. show_turtle.launch.py comes
+        # first because Ctrl-C does not stop running nodes while launch waits for xacro.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
             launch_arguments=[('use_jsp', 'none')]),
@@ -41,7 +41,7 @@ def generate_launch_description():
             package='turtlesim',
             executable='turtlesim_node',
             parameters=[{'holonomic': True}],
-            # Qt uses the first platform that works, which is offscreen if there is no display.
+            # Without a display, Qt falls back to the offscreen platform.
             additional_env={'QT_QPA_PLATFORM': EnvironmentVariable(
                 'QT_QPA_PLATFORM', default_value='xcb;wayland;offscreen')}),
         Node(

@@ -60,7 +60,7 @@ RECORD = ENVIRONMENT / 'made.json'
 
 VERSION = f'{sys.version_info.major}.{sys.version_info.minor}'
 BASE_PYTHON = Path(sys.base_prefix, 'bin', f'python{VERSION}')
-"""Base interpreter of this process, which may run in a virtual environment."""
+"""Python interpreter that creates the virtual environment."""
 
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
@@ -95,7 +95,7 @@ BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
 
 
 class SetupError(Exception):
-    """A requirement is missing, or a step failed. The message suggests a remedy to the user."""
+    """Failure of the setup, with a message that suggests a remedy."""
 
 
 def report(text: str, end: str = '\n') -> None:
@@ -105,7 +105,7 @@ def report(text: str, end: str = '\n') -> None:
 
 def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None:
     """
-    Run a command, and show the step's name and the latest line of output in a terminal.
+    Run a command and report its progress.
 
     :raises SetupError: if the command failed; its output is printed, and the message is `failed`
     """
@@ -208,7 +208,7 @@ def check_platform() -> None:
 
 
 def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
-    """Check that the PATH contains a program of each required kind."""
+    """Check that the required programs are on the PATH."""
     for kind, names, package in required:
         if not any(map(shutil.which, names)):
             raise SetupError(f'No {kind} found: the PATH does not contain {" or ".join(names)}. '
@@ -216,7 +216,7 @@ def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
 
 
 def check_python() -> None:
-    """Check that this Python can create virtual environments, and that its C headers exist."""
+    """Check that this Python can create virtual environments and has C headers."""
     if not all(map(importlib.util.find_spec, ('ensurepip', 'venv'))):
         raise SetupError(
             f'Python {VERSION} at {sys.executable} cannot create virtual environments. Install '
@@ -229,7 +229,7 @@ def check_python() -> None:
 
 
 def repair_cmake(text: str, include: str, packages: str) -> str:
-    """Replace build-machine paths and unsafe commands in the text of a wheel's CMake file."""
+    """Repair the paths and commands in the text of a wheel's CMake file."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
     text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
@@ -237,7 +237,7 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
 
 
 def pip_install(packages: str, *arguments: str) -> None:
-    """Install packages in the virtual environment, using only the network options of the user."""
+    """Install packages in the virtual environment."""
     env = {name: value for name, value in clean_environment().items()
            if not name.startswith(('PIP_', 'PYTHON')) or NETWORK_OPTION.search(name)}
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
@@ -337,7 +337,7 @@ def remove_environment() -> None:
 
 
 def use_native() -> tuple[list[str], str, list[Path]]:
-    """Return the sourced ROS installation's prefixes and fingerprint, and no files to source."""
+    """Return the prefixes and fingerprint of the sourced ROS installation."""
     prefixes = clean_environment().get('AMENT_PREFIX_PATH', '').split(os.pathsep)
     mark = fingerprint(ENVIRONMENT, sys.prefix, VERSION, Path(__file__).read_bytes(),
                        find_prefix('rclpy', prefixes))

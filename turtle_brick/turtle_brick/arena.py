@@ -82,13 +82,12 @@ class Arena(Node):
     """Simulate the brick, broadcast its pose, and publish markers for the brick and the walls."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create a node whose brick hovers at brick_start. The options are for rclpy.node.Node."""
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self)
 
         self.world = World.from_parameters(parameters)
         self.phase = self.world.phase
-        """Phase of the brick's motion in the latest message on `brick_state`."""
+        """Phase last published on `brick_state`."""
         self.step_clock = StepClock(STEP_NS)
         self.just_released = False
         """Whether the `drop` service has released the brick since the latest physics step."""
@@ -204,7 +203,7 @@ class Arena(Node):
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return a marker for a brick of a given size (m), in the color for its phase of motion."""
+    """Return a marker for a brick of a given size (m) in a given phase."""
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker

@@ -71,7 +71,6 @@ class CatcherNode(Node):
     """Make the robot catch falling bricks."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create a node that waits for a brick to fall. The options are for rclpy.node.Node."""
         super().__init__('catcher', **node_options)
         self.parameters = declare_parameters(self)
         self.catcher = Catcher(self.parameters)

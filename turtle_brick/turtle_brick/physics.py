@@ -22,7 +22,7 @@ Simulate a brick that falls onto a platform, rides on it and slides off.
 Releasing the brick starts a fall. Placing the brick makes it hover, regardless of its phase.
 
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
-height formula does not accumulate errors. A sliding brick accelerates at g sin(tilt).
+closed-form solution does not accumulate errors. A sliding brick accelerates at g sin(tilt).
 
 The location of the brick is that of its center. Only the bottom of the brick can touch the
 platform or the ground. The assignment requires the brick to have the same inclination as the
@@ -46,7 +46,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Maximum distance (m) below the resting height from which a falling brick can still land."""
+"""Tolerance (m) for a brick that starts to fall at its resting height."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal of a platform that supports a brick."""
@@ -191,7 +191,7 @@ class World:
 
     def release(self) -> None:
         """
-        Release the brick, so that it falls from the next step on.
+        Release the brick so that it starts to fall in the next step.
 
         :raises ValueError: if the brick is neither hovering nor floating
         """
@@ -231,7 +231,6 @@ class World:
         self._brick = (x, y, z)
 
     def _lands_on(self, platform: Platform, previous_z: float, z: float) -> bool:
-        """Return whether a fall from `previous_z` to `z` (m) ends on top of a level platform."""
         if not platform.is_level:
             return False
         top_x, top_y, top_z = platform.pose.transform((0.0, 0.0, self.thickness))
@@ -267,7 +266,6 @@ class World:
             self._phase = Phase.FLOATING
 
     def _follow(self, platform: Platform) -> None:
-        """Compute the location and heading of a riding brick in the world frame."""
         x, y = self._slide_position
         self._brick = platform.pose.transform((x, y, self.thickness + self._half_height))
         self._yaw = platform.hinge_yaw + self._relative_yaw

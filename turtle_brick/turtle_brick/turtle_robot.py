@@ -73,7 +73,6 @@ class TurtleRobot(Node):
     """Drive the turtle, and publish odometry, joint states and transforms."""
 
     def __init__(self, **node_options: Any) -> None:
-        """Create a node that starts with a level platform. The options are for rclpy.node.Node."""
         super().__init__('turtle_robot', **node_options)
         parameters = declare_parameters(self)
         self.driver = Driver(parameters.max_velocity)

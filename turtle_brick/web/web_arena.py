@@ -55,7 +55,6 @@ class WebArena:
     """One arena with a robot and a brick."""
 
     def __init__(self) -> None:
-        """Start with the parameters from turtle.yaml and with the robot in the center."""
         data = json.loads(get_data('turtle_brick', 'robot.json') or '')
         self.defaults, self.xacro = data['parameters'], data['xacro']
         self.random = Random()
@@ -63,7 +62,7 @@ class WebArena:
         self.form: dict[str, str] = {}
         self.placed = tuple(self.defaults['brick_start'])
         self.start(Parameters.from_mapping(self.defaults), (ARENA_CENTER, ARENA_CENTER, 0.0))
-        # Browsers round the limits of a slider, and `update` rejects values beyond exact limits.
+        # Browsers round slider limits, but `update` rejects values beyond the exact limits.
         width = math.floor(100.0 * ARENA_SIZE) / 100.0
         lowest = math.ceil(100.0 * resting_height(self.parameters)) / 100.0
         tilt = PARAMETER_RULES['tilt_angle'].upper
@@ -122,7 +121,7 @@ class WebArena:
                            'wall': self.parameters.wall_height})
 
     def update(self, form: str) -> None:
-        """Apply changes in the HTML form, whose values are given as JSON. Apply all or none."""
+        """Apply all changes in an HTML form given as JSON, or none if a value is invalid."""
         new = json.loads(form)
         values = {name: rule.convert(name, _number(new[name]))
                   for name, rule in self.rules.items()}
@@ -138,7 +137,7 @@ class WebArena:
             self.simulation.tilt(values['tilt'])
 
     def settings(self) -> str:
-        """Return the values of the HTML form that were applied last, as JSON."""
+        """Return the last applied values of the HTML form as JSON."""
         return json.dumps(self.form)
 
     def place(self, x: float, y: float, z: float) -> None:
@@ -154,7 +153,7 @@ class WebArena:
         if world.phase in (Phase.GROUNDED, Phase.FLOATING):
             self.place(*self.placed)
         if world.phase is not Phase.HOVERING:
-            world.release()  # This raises a ValueError with the reason.
+            world.release()  # Always raises ValueError.
         self._release_at = self.simulation.time + delay
 
     def advance(self, seconds: float) -> str:
@@ -223,7 +222,6 @@ class WebArena:
 
 
 def _number(text: str) -> float | str:
-    """Convert a string to a number, or return the string if it is not a number."""
     try:
         return float(text)
     except ValueError:

@@ -28,7 +28,7 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 POSITION_TOLERANCE = 1e-9
-"""Maximum change (m) in the position of an object at rest, caused by interpolation in tf2."""
+"""Maximum position error (m) caused by interpolation in tf2."""
 
 HEIGHT_TOLERANCE = 0.01
 """Maximum difference (m) between the height of a brick on the platform and its resting height."""

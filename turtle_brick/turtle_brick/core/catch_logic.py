@@ -17,9 +17,9 @@ Compute goals and tilt commands to catch a brick, carry it, and tip it off the p
 
     WAITING --> APPROACHING --> CARRYING --> TILTING --> LEVELING --> WAITING
 
-`Catcher` works in four stages. It records the transforms, and decides once per fall whether the
-brick is reachable. It then computes its next state, and returns the goals and tilt commands to
-publish. All timestamps (ns) come from the same clock.
+`Catcher` records the transforms, and decides once per fall whether the brick is reachable.
+`Catcher` then computes its next state, and returns the goals and tilt commands to publish. All
+timestamps (ns) come from the same clock.
 """
 
 from enum import Enum
@@ -80,9 +80,9 @@ class Observation(NamedTuple):
     is_falling: bool = False
     """Whether the brick is falling and has not passed the platform yet."""
     is_on_platform: bool = False
-    """Whether the brick lies on the level platform and `update` received a platform."""
+    """Whether the brick lies on the level platform of an available robot."""
     is_beside_platform: bool = False
-    """Whether the center of the brick is beside the platform, or `update` received no platform."""
+    """Whether the center of the brick is beside the platform, or the robot is unavailable."""
     still_for: float = 0.0
     """Time (s) for which the brick has not moved."""
     is_robot_idle: bool = False
@@ -158,7 +158,6 @@ class Catcher:
     """Catch each reachable brick, carry it to the arena's center, and tip it off the platform."""
 
     def __init__(self, parameters: Parameters) -> None:
-        """Create a catcher that waits for a brick to fall."""
         self.parameters = parameters
         self._reset(0)
 
@@ -167,7 +166,6 @@ class Catcher:
         self.decision: Decision | None = None
         """Latest decision."""
         self.brick = BrickTracker(self.parameters.gravity_accel, resting_height(self.parameters))
-        """Tracker that records each position of the brick as soon as the position is received."""
         self.robot = RobotTracker(self.parameters.command_latency)
         self._now = self._state_start = now
         self._goal = CENTER
@@ -177,7 +175,7 @@ class Catcher:
 
     @property
     def undecided_fall(self) -> Fall | None:
-        """Get the fall that `update` must decide on immediately, or None if there is none."""
+        """Get the fall that `update` has not decided on yet, or None."""
         fall = self.brick.fall
         return None if self.decision is not None and self.decision.fall is fall else fall
 
@@ -236,17 +234,14 @@ class Catcher:
             is_level_commanded=self._tilt_angle == 0.0)
 
     def _elapsed(self, time: int) -> float:
-        """Return the time (s) that has elapsed since a given time (ns)."""
         return (self._now - time) * SECONDS_PER_NS
 
     def _has_arrived_at(self, goal: tuple[float, float]) -> bool:
-        """Return whether the robot is at rest at a goal (m) in the world frame."""
         robot = self.robot.state
         return (robot is not None and robot.is_at_rest
                 and robot.distance_to(goal) <= GOAL_TOLERANCE)
 
     def _new_goal(self, previous: State) -> tuple[float, float] | None:
-        """Return the goal (m, world frame) to publish in this update, or None if none is due."""
         robot, state = self.robot.state, self.state
         if state is State.CARRYING and previous is not State.CARRYING:
             return CENTER
@@ -260,7 +255,6 @@ class Catcher:
         return None
 
     def _tilt_commands(self) -> list[Action]:
-        """Return a list of the next tilt command, or an empty list after the last tilt command."""
         target = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
         if self._tilt_angle == target:
             return []

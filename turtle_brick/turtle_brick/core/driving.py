@@ -54,7 +54,7 @@ START_DISTANCE = 0.003
 """Distance (m) from the goal at which a stopped turtle starts moving again."""
 
 HIDDEN_COMMANDS = round((POSE_TIMEOUT + COMMAND_DELAY) / COMMAND_PERIOD)
-"""Maximum number of published commands that a pose used for driving may not reflect yet."""
+"""Maximum number of commands used to predict the position."""
 
 
 class Driver:
@@ -68,9 +68,9 @@ class Driver:
         self.arrived = False
         """Whether the turtle will be at its goal after executing all published commands."""
         self.stem_angle = 0.0
-        """Direction (rad) of the stem in the turtle's frame: that of the last nonzero command."""
+        """Direction (rad) of the last nonzero command in the turtle's frame."""
         self.predicts = True
-        """Whether to use the predicted position. Using the latest pose would cause overshoot."""
+        """Whether to predict the position instead of using the latest pose."""
         self.pose: TurtlePose | None = None
         """Latest pose of the turtle in the world frame."""
         self._pose_time = 0.0
@@ -101,7 +101,6 @@ class Driver:
         return velocity
 
     def _approach(self, goal: tuple[float, float], pose: TurtlePose) -> tuple[float, float]:
-        """Return the velocity (m/s, in the turtle's frame) that moves the turtle to its goal."""
         x, y = self._predict(pose) if self.predicts else pose[:2]
         dx, dy = goal[0] - x, goal[1] - y
         distance = hypot(dx, dy)
@@ -114,7 +113,6 @@ class Driver:
         return (speed * cos(angle), speed * sin(angle))
 
     def _predict(self, pose: TurtlePose) -> tuple[float, float]:
-        """Return the position (m) predicted from a pose and the commands not reflected in it."""
         hidden = [(linear_x, linear_y) for time, linear_x, linear_y in self._sent
                   if time > self._pose_time - COMMAND_DELAY]
         forward = sum(linear_x for linear_x, _ in hidden) * COMMAND_PERIOD

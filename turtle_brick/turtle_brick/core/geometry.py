@@ -107,7 +107,7 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return the distance (m) from the origin to a rectangle, or 0 if the origin is inside.
 
-    The rectangle has its center at (x, y) (m) and its `length` (m) along the heading `yaw` (rad).
+    The rectangle is centered at (x, y) (m), and its `length` (m) is along the heading `yaw` (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

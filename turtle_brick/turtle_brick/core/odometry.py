@@ -60,7 +60,6 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        """Roll the wheel by the distance that the turtle moved, unless the turtle teleported."""
         self.wheel_velocity = 0.0
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
@@ -70,5 +69,5 @@ class Odometer:
         if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # After a lost pose, the path is longer than in one tick. At a wall, it is cut short.
+        # A lost pose lengthens `path`, and a wall shortens it.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius

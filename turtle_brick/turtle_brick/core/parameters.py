@@ -61,7 +61,7 @@ class Parameters:
     @classmethod
     def from_mapping(cls, mapping: Mapping[Any, Any]) -> 'Parameters':
         """
-        Check and convert the parameters of this class in a mapping that may also contain others.
+        Create parameters from a mapping, and ignore additional keys.
 
         :raises ParameterError: if a value is missing or invalid, or a name is misspelled
         """
@@ -118,7 +118,6 @@ class ParameterRule(NamedTuple):
 
 
 def _is_number(value: Any) -> bool:
-    """Return whether a value is an integer or a float, but not a boolean."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
@@ -180,7 +179,6 @@ def load(path: str | Path | None = None) -> Parameters:
 
 
 def _check_notation(name: str, value: Any) -> None:
-    """Reject strings that look like numbers, and lists that mix integers and floats."""
     if isinstance(value, str):
         try:
             number = float(value)

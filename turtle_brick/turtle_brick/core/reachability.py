@@ -62,7 +62,7 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Time (s) from the robot's arrival to the brick's landing, negative for a late robot."""
+        """Time (s) by which the robot arrives before the brick lands."""
         return self.available - self.needed
 
     @property
@@ -118,8 +118,8 @@ def guaranteed_distance(height: float, parameters: Parameters) -> float:
     """
     Return the largest distance (m) to a brick that a robot at rest is guaranteed to catch.
 
-    The distance is -infinity if no catch is guaranteed. `height` (m) is the height of the brick's
-    center at the release.
+    The distance is -infinity if no catch is guaranteed. `height` (m) is the release height of the
+    brick's center.
     """
     time = fall_time(height, parameters) - DETECTION_TIME - parameters.command_latency
     if time < 0.0:
@@ -154,7 +154,6 @@ def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
 
 
 def _landing_problem(fall: Fall, time: float, parameters: Parameters) -> str:
-    """Return the reason why the brick cannot land on a platform, or an empty string if it can."""
     if isnan(time):
         return (f'the brick, at {fall.z:.4g} m, falls from below its resting height on the '
                 f'platform, {resting_height(parameters):.4g} m')

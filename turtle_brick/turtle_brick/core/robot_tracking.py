@@ -32,7 +32,7 @@ REST_TIME = 0.07
 four turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
-"""Distance (m) from a robot at rest beyond which a new goal is sure to move the robot."""
+"""Goal distance (m) beyond which a robot at rest is expected to start moving."""
 
 
 class RobotState(NamedTuple):
@@ -57,9 +57,9 @@ class RobotTracker:
     def __init__(self, command_latency: float) -> None:
         """Create a tracker for a robot that responds to a command within a given time (s)."""
         self.state: RobotState | None = None
-        """State of the robot at its latest transform time, or None if the robot is unavailable."""
+        """Latest state of the robot, or None if the robot is unavailable."""
         self.response_time = 0.0
-        """Last response time (s) of the robot above the command latency, or 0 if there is none."""
+        """Last response time (s) that exceeded the command latency, initially 0."""
         self._latency = command_latency
         self._stamp = 0
         self._last_motion = 0
@@ -70,7 +70,7 @@ class RobotTracker:
         """Time (ns) of a goal that a robot at rest has yet to respond to, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
-        """Update `state` from a platform at a given time (ns), or clear it without a platform."""
+        """Record the platform at a given time (ns), or None if the robot is unavailable."""
         if platform is None:
             self.state = self._awaited_goal_time = None
             return
@@ -99,11 +99,9 @@ class RobotTracker:
             self._tilt_time = now
 
     def _time_since(self, time: float) -> float:
-        """Return the time (s) from a given time (ns) to the latest transform of the platform."""
         return (self._stamp - time) * SECONDS_PER_NS
 
     def _measure_response(self, still: int, moved: int) -> None:
-        """Store the response time of a late robot, given its last rest and first motion (ns)."""
         goal_time, self._awaited_goal_time = self._awaited_goal_time, None
         if goal_time is not None and (still - goal_time) * SECONDS_PER_NS > self._latency:
             self.response_time = (moved - goal_time) * SECONDS_PER_NS

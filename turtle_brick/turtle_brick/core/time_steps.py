@@ -18,7 +18,7 @@ NS_PER_SECOND = 1_000_000_000
 SECONDS_PER_NS = 1e-9
 
 LONGEST_GAP = NS_PER_SECOND
-"""Maximum pause (ns) between two steps. After a longer pause, a step clock restarts."""
+"""Age (ns) of the last step beyond which a step clock restarts."""
 
 
 class StepClock:

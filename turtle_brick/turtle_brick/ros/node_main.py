@@ -19,7 +19,6 @@ Start and shut down a node process.
         spin(Arena())
 
 The signal handlers of rclpy are not used because they can end the context during a callback.
-With the signal handlers of rclpy, 4 of 12 nodes printed an error after Ctrl-C.
 """
 
 from collections.abc import Iterator
@@ -95,7 +94,6 @@ def make_executor(context: Context | None = None) -> Executor:
 
 
 def _request_shutdown(number: int, _: object) -> None:
-    """Make `spin` return, and ignore the same signal from now on."""
     signal.signal(number, signal.SIG_IGN)  # `ros2 launch` repeats a Ctrl-C.
     if number == signal.SIGINT:
         # Fast DDS blocked 1 in 700 node shutdowns. SIGTERM from `ros2 launch` ends a blocked node.

@@ -173,7 +173,7 @@ class GuardedListener(TransformListener):
     def store(self, message: TFMessage, static: bool, now: int) -> list[TransformStamped]:
         """Store and return all valid transforms in a message received at `now` (ns)."""
         if now < self._last:
-            # The clock was set back. Without clear(), previous transforms would stay the latest.
+            # The clock was set back, so all stored transforms may be in the future.
             self.buffer.clear()
             self._next_warning = 0
         self._last = now

@@ -20,7 +20,7 @@ from turtle_brick.core.time_steps import NS_PER_SECOND
 
 
 def due_time(timer: Timer, now: int) -> int:
-    """Return the time (ns, at most `now`) at which the running callback of a timer was due."""
+    """Return the time (ns) at which the current callback of a timer was due."""
     return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
 
 

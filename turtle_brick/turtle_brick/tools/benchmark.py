@@ -74,7 +74,7 @@ WARM_UP_TIME = 3.0
 """Duration (s) for which the graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
-"""Time (ns) before the drop request at which the search for the start of the fall begins."""
+"""Time (ns) between the start of the analyzed record and the drop request."""
 
 MOTION_THRESHOLD = 1e-6
 """Maximum change (m) in position that does not count as motion."""
@@ -82,7 +82,7 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Extract from a record the delays between a brick's release and the robot's motion.
+    Find the delays between a brick's release and the robot's motion in a record.
 
     :param begin: a time (ns) shortly before the release
     :param end: a time (ns) after the first motion
@@ -132,7 +132,7 @@ def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the node processes that a launch process started, keyed by executable name."""
     return {Path(word).name: process for process in launch.children(recursive=True)
-            for word in process.cmdline()[:2]  # The program may follow an interpreter.
+            for word in process.cmdline()[:2]  # The first word may be the interpreter.
             if Path(word).name in NODES}
 
 
@@ -149,7 +149,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure usage, rates and latency of the graph in two idle periods (s) and during drops."""
+    """Measure the graph during two idle periods (`seconds` each) and `drop_count` drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

@@ -79,7 +79,7 @@ ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_mar
 
 @contextmanager
 def choose_domain() -> Iterator[bool]:
-    """Use ROS_DOMAIN_ID or an unused domain. Yield whether other nodes may be in the domain."""
+    """Select a ROS domain, and yield whether the domain may contain other nodes."""
     restrict_to_localhost()
     local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
     given = os.environ.get('ROS_DOMAIN_ID')
@@ -110,7 +110,7 @@ def check_for_other_robots(namespaces: Sequence[str]) -> None:
 
 
 def faults(watch: DropWatch, guaranteed: float) -> list[str]:
-    """Return the faults in a drop, given the distance (m) within which a catch is guaranteed."""
+    """Check a drop against the guaranteed distance (m), and describe each fault."""
     found = []
     if watch.down is None:
         found.append('the brick did not land')
@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a brick position (m) at a random fraction of the guaranteed distance to the robot."""
+    """Return a random brick position (m) between two fractions of the guaranteed distance."""
     robot = client.robot_position()
     assert robot is not None
     while True:
@@ -282,7 +282,7 @@ def main(args: Sequence[str] | None = None) -> int:
         parameters = load()
         world = World.from_parameters(parameters)
         for position in options.place:
-            world.brick = position  # Raises ValueError if the position is invalid.
+            world.brick = position  # The setter checks the position.
         if options.namespace:
             return run(options, parameters)
         names = [f'arena_{number + 1}' for number in range(options.arenas)]

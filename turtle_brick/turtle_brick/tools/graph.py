@@ -86,7 +86,6 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         self._processes: list[Process] = []
 
     def __exit__(self, *_: object) -> None:
-        """End all nodes and processes."""
         close_all(self._processes)
         self.executor.shutdown()
         for node in self.nodes:
@@ -121,12 +120,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim. Return its node, or None if it runs in a separate process."""
+        """Add a holonomic turtlesim, and return the node of the stand-in if it is installed."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher. Return its node, or None if it runs in a separate process."""
+        """Add robot_state_publisher, and return the node of the stand-in if it is installed."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())
@@ -168,7 +167,6 @@ class Graph(Spinner, AbstractContextManager['Graph']):
 
     def _add_node_or_process(self, package: str, executable: str, module: str, node_type: str,
                              parameters: dict[str, Any]) -> Node | None:
-        """Add a package's stand-in node if it is installed. Otherwise, start the real program."""
         # A URDF is too complex for a parameter value on the command line.
         arguments = ['--params-file', str(self.parameter_file(parameters))]
         if find_spec(module.partition('.')[0]) is not None:

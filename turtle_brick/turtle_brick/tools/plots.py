@@ -124,7 +124,6 @@ def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, pat
 
 def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNorm,
                    lowest: float) -> None:
-    """Draw the walls, the drops colored by their margins, and a cross for each missed brick."""
     walls = axes.add_patch(Rectangle((0.0, 0.0), ARENA_SIZE, ARENA_SIZE, fill=False,
                                      edgecolor=INK, linewidth=2.5, zorder=5))
     x, y, _ = zip(*(drop.result.brick for drop in drops))
@@ -139,7 +138,6 @@ def _draw_outcomes(axes: Axes, drops: Sequence[SimulatedDrop], norm: TwoSlopeNor
 
 
 def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -> None:
-    """Draw the guaranteed reach and the reach without latency from each height (m) as circles."""
     guarantee = (f'a catch is guaranteed inside: {parameters.max_velocity:g} m/s × (fall time − '
                  f'{DETECTION_TIME + parameters.command_latency:g} s) + platform radius')
     impossible = 'a catch is impossible outside, even without any latency'
@@ -157,7 +155,7 @@ def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -
 
 def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Parameters,
              path: Path) -> None:
-    """Plot one drop over time, using its trace and its result."""
+    """Plot the trace and the result of one drop over time."""
     time = [sample.time for sample in samples]
     with new_figure(path, 8.6, 9.4) as figure:
         strip, height, distance, speed, tilt = figure.subplots(
@@ -211,7 +209,6 @@ def _draw_curves(samples: Sequence[TraceSample], drop: SimulatedDrop, height: Ax
 
 def _color_spans(axes: Axes, time: Sequence[float], values: Sequence[str],
                  colors: dict[str, str], label_height: float | None) -> None:
-    """Color each period with a constant value, and label long periods if a height is given."""
     changes = [index for index, (last, value) in enumerate(pairwise(values), 1) if value != last]
     for first, end in pairwise([0, *changes, len(values) - 1]):
         axes.axvspan(time[first], time[end], color=colors[values[first]], linewidth=0.0, zorder=0)

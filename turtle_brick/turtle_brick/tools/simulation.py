@@ -20,8 +20,6 @@ The simulation uses the same modules as the nodes. The simulation updates `physi
 `catch_logic.Catcher` at 50 Hz and when a fall is detected. The delays between the modules are the
 same as in the live ROS graph. Simulated time advances from event to event, so simulating an hour
 takes a few seconds. All random numbers are generated from one seed, so every run is reproducible.
-
-`simulate_drop` simulates one drop for a table or map. `trace` samples a drop for a figure.
 """
 
 from collections import Counter, deque
@@ -217,7 +215,6 @@ class Simulation:
             self._to_arena.append((now + self._transform_delay, platform))
 
     def _step_physics(self, now: int) -> None:
-        """Execute one physics step and pass the brick's position to the catcher."""
         self._physics_at += STEP_NS
         world = self.world
         while self._to_arena and self._to_arena[0][0] <= now:
@@ -229,7 +226,6 @@ class Simulation:
         self.after_step()
 
     def _update_catcher(self, now: int) -> None:
-        """Update the catcher at time `now` (ns) and send its commands to the robot."""
         # `now` can be later than self.now because the brick's transform arrives with a delay.
         self._decided_at = now = max(now, self._decided_at)
         for action in self.catcher.update(now, self.world.platform, now):
@@ -239,7 +235,6 @@ class Simulation:
                 self._to_robot.append((now + self._transport, action))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
-        """Return a time (ns) with normally distributed jitter, but always later than self.now."""
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
@@ -262,7 +257,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Return the horizontal distance from the robot to the brick (m) at the release."""
+        """Return the horizontal distance in meters from the robot to the brick at the release."""
         return dist(self.result.brick[:2], self.result.robot)
 
     @property
@@ -272,7 +267,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """Return the spare time (s) in the catcher's decision, or None without a decision."""
+        """Return the margin of the catcher's decision in seconds, or None without a decision."""
         return self.result.decision.margin if self.result.decision else None
 
     @property
@@ -295,7 +290,7 @@ class SimulatedDrop(NamedTuple):
         return ''
 
     def row(self) -> dict[str, Any]:
-        """Return this drop's table row as a dictionary with None in inapplicable columns."""
+        """Return the table row of this drop as a dictionary."""
         result, decision = self.result, self.result.decision
         brick_x, brick_y, brick_z = result.brick
         tilted_x, tilted_y = result.carried_to or (None, None)
@@ -325,10 +320,10 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
 
 def start_simulation(parameters: Parameters, seed: int, moving: bool = False) -> Simulation:
     """
-    Return a running simulation with jitter, in which the robot is at rest at the arena's center.
+    Return a running simulation with jitter.
 
-    :param moving: whether the robot drives between random points instead. The last goal is sent
-        more than command_latency before the drop, because the catcher does not receive the goal.
+    :param moving: whether the robot drives between random points. The last goal is sent more than
+        command_latency before the drop, because the catcher does not receive the goal.
     """
     simulation = Simulation(parameters, seed, JITTER)
     simulation.rest(0.3)  # The robot, the arena and the catcher exchange their first messages.

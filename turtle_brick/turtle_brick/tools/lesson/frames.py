@@ -40,7 +40,7 @@ WORLD = Pose2D(0.0, 0.0, 0.0)
 
 
 def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose2D]]]:
-    """Drive to each corner. Return the robot's path in world, and its stops in world and odom."""
+    """Return the robot's path (in world) and its stops (in world and in odom)."""
     simulation = Simulation(parameters, start=START)
     odometer = Odometer(parameters.wheel_radius)
     path: list[Pose2D] = []

@@ -37,7 +37,7 @@ class SentCommand(NamedTuple):
 
 
 def commands(phase: float) -> list[SentCommand]:
-    """Return commands sent at 100 Hz to the full queue of a turtlesim started at `phase` (s)."""
+    """Simulate commands sent at 100 Hz to a turtlesim started at a given time (s)."""
     turtle = Turtle(holonomic=True)
     first, count = 32, round(0.5 / COMMAND_PERIOD)
     arrivals: list[tuple[int, float]] = []

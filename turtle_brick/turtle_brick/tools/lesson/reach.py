@@ -42,11 +42,11 @@ WORST_DELAYS = (
     ('next transform of the robot', COMMAND_PERIOD),
     ('next physics step', DT),
 )
-"""Upper bounds (s) on the successive delays from the release of a brick to the first motion."""
+"""Maximum delays (s) between the release of a brick and the robot's first motion."""
 
 
 def guaranteed_latency(parameters: Parameters) -> float:
-    """Return the assumed time (s) from the release of a brick to the robot's first motion."""
+    """Return the assumed maximum time (s) between the release and the robot's first motion."""
     return DETECTION_TIME + parameters.command_latency
 
 
@@ -85,7 +85,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Plot the outcome of each drop, and the upper bounds of the delays before the robot moves."""
+    """Plot the outcome of each drop, and the maximum delays before the robot moves."""
     with new_figure(path, 7.6, 6.6) as figure:
         plane, chain = figure.subplots(2, 1, height_ratios=(2.6, 1.0))
         for outcome, color, mark in (('caught', CAUGHT, 'o'), ('refused', '#e8b59f', 'o'),

@@ -27,7 +27,7 @@ from turtle_brick.tools.plots import INK, new_figure
 
 
 class RollSample(NamedTuple):
-    """The distance (m) rolled by the wheel up to a time (s), according to three definitions."""
+    """Distance (m) rolled by the wheel at a given time (s), computed in three ways."""
 
     time: float
     commanded: float  # Integral of the commanded speed.
@@ -40,7 +40,7 @@ TELEPORT = 2.0
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
-    """Simulate a 1 s drive, a stop, a teleport, and a 1.5 s drive toward a wall 1 s away."""
+    """Simulate a drive, a teleport, and a drive against a wall."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
@@ -78,7 +78,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Plot the distance rolled by the wheel over time, according to three definitions."""
+    """Plot the distance rolled by the wheel over time, computed in three ways."""
     time, commanded, pose_distance, rolled = np.array(roll(parameters)).T
     with new_figure(path, 7.6, 3.8) as figure:
         lengths = figure.subplots()
