@@ -29,12 +29,12 @@ NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable'
 """Possible names of the executable."""
 
 TIMEOUT = 300.0
-"""Timeout (s) for each action. Without a graphics card, Chromium renders pages slowly."""
+"""Timeout (s) for each action."""
 
 OPTIONS = (
     '--headless=new', '--no-first-run', '--disable-background-networking', '--hide-scrollbars',
     '--remote-debugging-port=0',
-    # Without a graphics card, Chromium then uses the slow SwiftShader only for WebGL.
+    # Use the slow software renderer SwiftShader only for WebGL.
     '--disable-gpu', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader')
 
 FEW_FRAMES = """
@@ -109,7 +109,7 @@ class Chromium:
         return True
 
     def click_element(self, tag: str, text: str) -> None:
-        """Wait for an element with a given tag and text, and click it or the control it labels."""
+        """Wait for an element with a given tag and text, and click it."""
         element = (f'[...document.querySelectorAll({tag!r})]'
                    f'.find(candidate => candidate.innerText === {text!r})')
         self.wait_for(element)
@@ -117,7 +117,7 @@ class Chromium:
             f'document.getElementById({element}.htmlFor) || {element}'))
 
     def click(self, x: float, y: float, times: int = 1) -> None:
-        """Click a point (pixels) on the page. A triple click selects the text at this point."""
+        """Click a point (pixels) on the page."""
         self._call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
         for count in range(1, times + 1):
             for kind in ('mousePressed', 'mouseReleased'):
@@ -140,7 +140,6 @@ class Chromium:
             f' return [box.x, box.y, box.width, box.height]; }})({expression})')
 
     def center_of(self, expression: str) -> tuple[float, float]:
-        """Scroll to an element and return its center (pixels)."""
         x, y, width, height = self.box_of(expression)
         return x + width / 2.0, y + height / 2.0
 

@@ -52,7 +52,7 @@ WINDOW = 10.0
 """Time (s) after a fault during which the catcher may refuse bricks that are easy to catch."""
 
 TIMEOUT = 300.0
-"""Timeout (s) for each event, sufficient even on an overloaded machine."""
+"""Timeout (s) for each event."""
 
 NODES = {
     'turtlesim': ('turtlesim', 'turtlesim_node', '-p', 'holonomic:=true'),
@@ -81,19 +81,19 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
 
 UDP = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
 """Environment variables for the `kills` command. With the discovery range LOCALHOST, Fast DDS uses
-shared memory. In 3 of 240 trials with shared memory, a process frozen for 2 s stopped receiving
-messages from another process. All processes kept receiving messages in 240 trials with UDP."""
+shared memory. In 3 of 240 trials with shared memory, but in none with UDP, a process frozen for
+2 s stopped receiving messages."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
-"""Time (s) until all nodes have discovered a new process. DDS may lose the first announcement of
-the process. DDS repeats the announcement after 3 s, or 0.3 s with the project's DDS profile."""
+"""Time (s) allowed for the discovery of a new process. DDS repeats the announcement of the process
+after 3 s, or after 0.3 s with the project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
-"""Height (m) of bricks that are easy to catch, their maximum distance (m) from the robot, and
-height (m) of unreachable bricks. Even on a busy machine, the catcher detects these falls."""
+"""Height (m) of an easy brick, its maximum distance (m) from the robot, and height (m) of an
+unreachable brick. Even on a busy machine, the catcher detects falls from these heights."""
 
 BATCH, PERIOD = 1000, 0.005
-"""Number of random messages before each required catch, and time (s) between messages."""
+"""Number of random messages before each catch, and time (s) between two messages."""
 
 EXCLUDED = ('/rosout', '/parameter_events', '/turtle1/cmd_vel', '/joint_states')
 """Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose. The
@@ -104,7 +104,6 @@ class Scene(Graph):
     """A graph with a client and with nodes in separate processes."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
-        """Start a process for each named node, and use `random` for all random values."""
         super().__init__(domain_id)
         self.random = random
         self.parameters = (self.params_file, self.parameter_file(self.robot_parameters()))
@@ -148,7 +147,6 @@ class Scene(Graph):
         return platform is not None and inclination(platform) < tolerance
 
     def recover(self) -> None:
-        """Wait until the graph is complete, the robot is at rest, and no brick is on the robot."""
         self.spin_for(self.known_at - monotonic())
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete() and self.client.is_at_rest()
@@ -177,8 +175,8 @@ class Scene(Graph):
         """
         Drop bricks that are easy to catch until one of them reaches a given stage.
 
-        For up to WINDOW (s) after a fault, the catcher may refuse bricks. While this machine is
-        overloaded, the robot may also miss bricks. Otherwise, the robot must catch each brick.
+        The catcher may refuse bricks for WINDOW (s) after a fault. The robot may miss bricks while
+        this machine is overloaded.
         """
         begin = monotonic()
         window_end, deadline = begin + WINDOW, begin + TIMEOUT
@@ -195,14 +193,13 @@ class Scene(Graph):
         raise TimeoutError('the robot catches no brick on the overloaded machine')
 
     def check_catch(self) -> None:
-        """Check that the robot catches a nearby brick and tips it off at the arena's center."""
         watch = self.drop_easy_brick('carrying')
         self.wait_until(lambda: watch.floated, 'the brick slides off')
         assert self.client.distance_to(CENTER) < 0.05, 'the brick is not tipped off at the center'
         self.wait_until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
-        """Wait for a given stage of a drop, after placing or dropping a brick if necessary."""
+        """Bring the brick to a given stage of a drop."""
         if stage == 'hovering':
             self.place(self.easy_position())
         elif stage == 'unreachable':
@@ -224,7 +221,6 @@ class Scene(Graph):
             process.send(signal.SIGCONT)
 
     def check_fault(self, node: str, fault: str, stage: str) -> None:
-        """Check that the graph recovers from a fault in a node at a given stage of a catch."""
         self.go_to(stage)
         self.inject(node, FAULTS[fault])
         self.recover()
@@ -238,8 +234,8 @@ class Scene(Graph):
             return self.is_level(1e-3) and self.client.distance_to(CENTER) < 0.05
 
         sender = self.add(Node, parameters=False, node_name='sender')
-        # A transient local publisher matches every subscription. Topics with a leading
-        # underscore belong to turtlesim's actions.
+        # Transient local publishers are compatible with all subscriptions. Topics with '/_' in
+        # their names belong to turtlesim's actions.
         publishers = [
             sender.create_publisher(load_type(types[0]), name, subscription_qos(latched=True))
             for name, types in sender.get_topic_names_and_types()
@@ -254,7 +250,7 @@ class Scene(Graph):
             send(fill_randomly(kind(), self.random))
             self.spin_for(PERIOD)
         self.remove(sender)
-        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # All stored timestamps are now in the past.
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Wait until all timestamps are in the past.
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')

@@ -72,11 +72,9 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Set the ROS environment variables for this process and its child processes."""
     if hasattr(config, 'workerinput'):
-        # Linux divides the processor time equally among sessions. Each process that a test
-        # starts runs in its own session. If the workers shared one session, processes in
-        # other sessions would slow down the nodes in the workers.
+        # Linux divides the processor time equally among sessions, and each process that a test
+        # starts has its own session. Workers that shared one session would be too slow.
         os.setsid()
     # A background job in a shell script ignores SIGINT, and so do its child processes.
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -101,7 +99,6 @@ def pytest_keyboard_interrupt() -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> str:
-    """Report the excluded files and the reasons for their exclusion in one line."""
     reports = [f'{", ".join(files)} ({reason})' for reason, files in EXCLUDED.items() if files]
     return f'excluded: {"; ".join(reports) or "nothing"}'
 

@@ -38,7 +38,7 @@ TICK_NS = 20_000_000
 """Time step (ns), equal to the catcher's period and to the duration of five physics steps."""
 
 MAX_DURATION = 30.0
-"""Timeout (s) for each event, in simulated time."""
+"""Timeout (s) of SteppedGraph.until() in simulated time."""
 
 
 def record_published(publisher: Any) -> list[Any]:
@@ -55,14 +55,13 @@ def record_published(publisher: Any) -> list[Any]:
 
 
 class SteppedGraph:
-    """The arena and a catcher. The test calls all callbacks, so no message is late or lost."""
+    """A graph whose callbacks the test calls, so that no message is late or lost."""
 
     def __init__(self, live: LiveGraph, *node_types: type[CatcherNode]) -> None:
-        """Create an arena, nodes of the given types, and a level platform at (5, 5)."""
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)
-        """x and y (m), yaw and tilt (rad) of the platform, or None if there is no platform."""
+        """Position (m), yaw (rad) and tilt (rad) of the platform, or None without a platform."""
         self.bricks: list[Any] = []
         """All transforms of the brick."""
         self.nodes: list[Any] = [
@@ -75,7 +74,6 @@ class SteppedGraph:
         self.tick()
 
     def send_transforms(self, transforms: list[Any]) -> None:
-        """Send transforms to every node and record the transforms of the brick."""
         self.bricks += [one for one in transforms if one.child_frame_id == BRICK]
         for node in self.nodes:
             node.tf_listener.callback(TFMessage(transforms=transforms))
@@ -84,7 +82,7 @@ class SteppedGraph:
         """Move the platform for a duration (s). Subclasses override this method."""
 
     def tick(self, by: int = TICK_NS, updates: bool = True) -> None:
-        """Advance the time by a duration (ns), and perform the tasks of the nodes' timers."""
+        """Advance the time by a duration (ns), and update the nodes."""
         self.now += by
         self.move(by / NS_PER_SECOND)
         now = Time(nanoseconds=self.now, clock_type=ClockType.ROS_TIME)

@@ -62,7 +62,7 @@ TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""
 
 TIMEOUT = 600.0
-"""Timeout (s) for each event, such as the start of the graph on a busy machine."""
+"""Timeout (s) for each event."""
 
 
 def move_to_new_host(number: int) -> int:
@@ -86,11 +86,11 @@ def switch(taps: list[int], delay: float, jitter: float, is_done: Callable[[], b
     Forward Ethernet frames to their destination, or to all hosts if the destination is unknown.
 
     :param delay: mean delay (s) of a frame, with the standard deviation `jitter` (s)
-    :param is_done: function, called every 0.1 s, that returns whether to stop the switch
+    :param is_done: function that returns True to stop the switch
     """
     random = Random(1)
     tap_of: dict[bytes, int] = {}  # The keys are MAC addresses.
-    queue: list[tuple[float, int, int, bytes]] = []  # Due time (s), count, tap and frame.
+    queue: list[tuple[float, int, int, bytes]] = []
     count = 0
     while not is_done():
         end = monotonic() + 0.1
@@ -124,13 +124,13 @@ def drop_bricks(options: argparse.Namespace) -> int:
     """
     Drop bricks, and print each result and a row for the table in figures.md.
 
-    A brick that the robot misses while this machine is overloaded does not count.
+    Bricks that are missed while this machine is overloaded do not count.
 
     :return: exit status (0 if every brick was caught or refused)
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()
-    # The transforms of the falling brick reach the catcher late, too.
+    # The links also delay the transforms of the falling brick.
     parameters = replace(load(), command_latency=options.latency + options.delay * 1e-3)
     with Graph() as graph:
         graph.add_arena()

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Helpers for property-based tests: settings, times and the installed parameters."""
+"""Helpers for property-based tests."""
 
 from hypothesis import settings
 from turtle_brick.core.parameters import load

@@ -47,7 +47,7 @@ from turtle_referee.rules.rule import FAILED, MET, OPEN
 from turtle_referee.trial import FAR_OUT, IN_REACH, Program, Trial
 
 FETCH_PERIOD = 0.005
-"""Minimum time (s) between two fetches of received messages."""
+"""Minimum time (s) between two calls of LiveGraph.fetch()."""
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of a latched topic that stores up to ten messages."""
@@ -56,15 +56,13 @@ TIMEOUT = 120.0
 """Timeout (s) for events that occur immediately on an idle machine."""
 
 MAX_PAUSE = 0.015
-"""Maximum time (s) between two spins on a calm machine. After a longer pause, 100 Hz timers may
-have skipped calls."""
+"""Maximum time (s) between two spins. In a longer pause, 100 Hz timers may skip calls."""
 
 CALM_TIMEOUT = 5.0
 """Time (s) after which LiveGraph.rates() no longer repeats an interrupted measurement."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
-"""A short referee program that includes each kind of request. Even on a busy machine, the robot
-can catch the second brick."""
+"""A short referee program. Even on a busy machine, the robot can catch the second brick."""
 
 
 class Recording:
@@ -91,7 +89,6 @@ class LiveGraph(Graph):
     """A graph that records topics, publishes messages and calls services."""
 
     def __init__(self, domain_id: int, **options: Any) -> None:
-        """Create a graph in a given ROS domain and pass the options to Graph."""
         super().__init__(domain_id, **options)
         self._fetch_time = self._spin_time = 0.0
         self.is_calm = True
@@ -130,7 +127,6 @@ class LiveGraph(Graph):
 
     def record_transforms(self, child: str, topic: str = '/tf',
                           qos: QoSProfile | int = DEPTH) -> Recording:
-        """Start recording the transforms of a child frame."""
         recording = Recording()
 
         def add(message: TFMessage, info: Mapping[str, int]) -> None:
@@ -143,10 +139,10 @@ class LiveGraph(Graph):
 
     def rates(self, recordings: Sequence[Recording], count: int) -> list[float]:
         """
-        Measure the publication rate (Hz) in each recording over `count` messages.
+        Measure the publication rate (Hz) of `count` messages in each recording.
 
-        If the machine pauses before CALM_TIMEOUT, the measurement begins again. If a pause may
-        have lowered the returned rates, `is_calm` is False.
+        Until CALM_TIMEOUT, a pause of the machine restarts the measurement. After a later pause,
+        `is_calm` is False.
         """
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')
@@ -168,7 +164,6 @@ class LiveGraph(Graph):
         return publisher
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
-        """Call a service and return the response."""
         # An EventsExecutor can lose a response while it registers a new client.
         client = self._recorder.create_client(service_type, service)
         self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
@@ -184,20 +179,19 @@ graph = LiveGraph
 
 
 def add_nodes(graph: Graph) -> dict[str, Any]:
-    """Add all nodes of the assignment to a graph and return the nodes keyed by name."""
     return {name: getattr(graph, f'add_{name}')() for name in (
         'turtlesim', 'robot_state_publisher', 'robot', 'arena', 'catcher')}
 
 
 def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **options: Any) -> Record:
-    """Run a Trial of the referee with the given options on a graph, and return the record."""
+    """Run a trial of the referee on a graph, and return the record."""
     observer = graph.add(Observer, parameters=False, profile=Profile.from_parameters(load()))
     Trial(graph, observer, log, **options).run()
     return observer.record
 
 
 def results(record: Record) -> dict[str, dict[str, str]]:
-    """Judge a record, and return the measured results, keyed by mark and requirement."""
+    """Judge a record, and return the results grouped by FAILED, OPEN and MET."""
     found: dict[str, dict[str, str]] = {FAILED: {}, OPEN: {}, MET: {}}
     for one in RULES.judge(record):
         found[one.mark][one.name] = one.measured

@@ -47,7 +47,7 @@ FORKS.set_forkserver_preload([*PROGRAMS.values(), *(f'ros2cli.{name}' for name i
     'graph', 'packages', 'messages')), 'launch_xml', 'numpy', 'rclpy.action'])
 
 _fork_lock = threading.Lock()
-"""Lock that a thread holds while it forks a process or reads an exit status."""
+"""Lock for forking a process and for reading an exit status."""
 
 
 def records(*files):
@@ -94,10 +94,9 @@ def run_in_fork(words, environment, directory, *pipes):
 
 
 class Command:
-    """A running command in its own process group, as if started by a shell."""
+    """A running command in its own process group."""
 
     def __init__(self, words, environment, stdin=None, directory='/', forked=False):
-        """Start the command, optionally in a forked process, with the standard input `stdin`."""
         self.text, self.error = '', ''
         self.changed = threading.Condition()
         stdin_pipe, stdout_pipe, stderr_pipe = (FORKS.Pipe(duplex=False) for _ in range(3))
@@ -146,12 +145,11 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether the output has a match for a pattern, or n matches for [pattern, n]."""
+        """Return whether the output matches a pattern, at least n times for [pattern, n]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 
     def send(self, name, target):
-        """Send a named signal to the process, or to its process group if the target is 'group'."""
         with suppress(ProcessLookupError):
             (os.killpg if target == 'group' else os.kill)(self.pid, getattr(signal, name))
 
@@ -165,7 +163,7 @@ class Command:
         return found
 
     def end(self, timeout=2 * TIMEOUT):
-        """Wait until the command exits. Then kill the remaining processes and return their IDs."""
+        """Wait for the command, kill its remaining processes and return their IDs."""
         try:
             assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error
             for reader in self.readers:

@@ -53,7 +53,6 @@ class TestCmdVel(unittest.TestCase):
     """Measure the rate of cmd_vel from the publication times of the commands."""
 
     def setUp(self):
-        """Subscribe to the commands."""
         rclpy.init()
         self.node = rclpy.create_node('listener')
         self.goal_publisher = self.node.create_publisher(PoseStamped, 'goal_pose', 10)
@@ -61,7 +60,6 @@ class TestCmdVel(unittest.TestCase):
         self.node.create_subscription(Twist, 'turtle1/cmd_vel', self.on_command, 1000)
 
     def tearDown(self):
-        """Shut down rclpy."""
         self.node.destroy_node()
         rclpy.shutdown()
 
@@ -71,14 +69,13 @@ class TestCmdVel(unittest.TestCase):
         self.times[state].append(info['source_timestamp'])
 
     def send_goal(self):
-        """Send the robot to a corner that it cannot reach within TIMEOUT."""
         goal = PoseStamped()
         goal.header.frame_id = 'world'
         goal.pose.position.x = goal.pose.position.y = 10.0
         self.goal_publisher.publish(goal)
 
     def measure_rate(self, state):
-        """Return the median rate (Hz) of the next commands in the state 'idle' or 'driving'."""
+        """Return the rate (Hz) of commands in a given state, computed from the median interval."""
         times, deadline = self.times[state], time.monotonic() + TIMEOUT
         times.clear()
         while len(times) <= COUNT:
@@ -87,7 +84,7 @@ class TestCmdVel(unittest.TestCase):
         return 1e9 / median(end - start for start, end in pairwise(times))
 
     def test_commands_have_100_hz(self):
-        """A robot without a goal publishes zero velocities at the rate of a driving robot."""
+        """The rate of cmd_vel is 100 Hz with and without a goal."""
         self.assertAlmostEqual(self.measure_rate('idle'), 100.0, delta=5.0)
         self.node.create_timer(0.2, self.send_goal)
         self.assertAlmostEqual(self.measure_rate('driving'), 100.0, delta=5.0)

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the detection of a brick's falls, landings and rest with examples and random motions."""
+"""Test BrickTracker and FallDetector with examples and random motions."""
 
 from collections import deque
 from math import cos, isnan, pi, sin, sqrt
@@ -86,7 +86,6 @@ def test_brick_that_passes_the_platform_has_not_landed(tracker):
 
 @pytest.mark.parametrize('x', (5.0, 7.0))
 def test_brick_placed_at_its_resting_height_has_not_landed(tracker, x):
-    """A falling brick is placed on the platform before it could have fallen to the platform."""
     rest(tracker, drop(tracker, 1.0, 6.0, 5.0), (x, 5.0, REST_Z))
     assert tracker.fall is None and not tracker.has_landed
 
@@ -118,7 +117,6 @@ class DetectorBench:
         self.fall_count = 0
 
     def observe(self, x, y, z):
-        """Pass a position (m) to the detector twice, and return whether it reports a new fall."""
         before = self.detector.fall
         self.detector.observe(self.now, (x, y, z))
         fall = self.detector.fall
@@ -135,7 +133,7 @@ class DetectorBench:
             self.observe(x, y, z)
 
     def fall(self, x, y, z, release, samples):
-        """Observe a brick released at a given time (ns), and return the detected fall or None."""
+        """Drop a brick at the time `release` (ns), and return the detected fall or None."""
         for _ in range(samples):
             time = max(self.now - release, 0) * 1e-9
             if self.observe(x, y, z - 0.5 * self.detector.gravity * time * time):
@@ -183,7 +181,6 @@ def test_fall_is_detected_by_its_third_sample_with_its_course(
         st.floats(-1e-2, 1e-2), st.floats(-10.0, 10.0), st.floats(-1e-6, 1e-6))),
     max_size=20))
 def test_placing_a_brick_is_not_a_fall(spacing, gravity, places):
-    """The brick is moved up, down and sideways by random distances in random order."""
     bench = DetectorBench(spacing, gravity)
     x, z = 5.0, 20.0
     for samples, sideways, amount in places:
@@ -200,7 +197,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """At the maximum tilt_angle, 1.5 rad, a sliding brick most closely resembles a falling one."""
+    """At the maximum tilt_angle of 1.5 rad, a slide is most similar to a fall."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now

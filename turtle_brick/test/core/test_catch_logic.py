@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the states of the catcher and simulated catches by a robot that responds immediately."""
+"""Test the states of the catcher with a robot that responds immediately."""
 
 from collections import deque
 from dataclasses import replace
@@ -35,7 +35,7 @@ from turtle_brick.physics import Phase, STEP_NS, World
 
 
 ROBOT_LOST = {'is_beside_platform': True}
-"""Observation fields that differ from their defaults while the robot is unavailable."""
+"""Observed values while the robot is unavailable."""
 
 TABLE = [
     # state, observed values, next state
@@ -101,7 +101,6 @@ class CatchBench:
 
     @property
     def platform(self):
-        """Return the platform of the robot, or None while the robot is unavailable."""
         hinge = self.parameters.platform_height - self.parameters.platform_thickness
         pose = Pose((*self.robot, hinge), from_pitch(self.angle))
         return Platform(pose) if self.visible else None
@@ -130,7 +129,6 @@ class CatchBench:
         self.observe_brick()
 
     def observe_brick(self):
-        """Pass the position of the brick to the catcher."""
         is_attached = self.attaches_brick and self.world.phase is Phase.RIDING
         self.catcher.brick.observe(self.now, self.world.brick, is_attached)
 
@@ -166,7 +164,6 @@ class CatchBench:
 
 
 def bench_in(state, after=0.1):
-    """Return a CatchBench at a given time (s) after its catcher entered a given state."""
     bench = CatchBench()
     bench.drop(7.0, 6.0, 9.0)
     bench.reach_state(state)
@@ -179,7 +176,6 @@ any_state = pytest.mark.parametrize('state', COURSE[:4])
 
 
 def test_bricks_are_caught_carried_to_the_center_and_tipped_off():
-    """The catcher does not publish anything before the first fall."""
     bench = CatchBench()
     bench.run(3.0)
     assert (bench.catcher.state, bench.actions) == (State.WAITING, [])
@@ -247,7 +243,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time):
     bench.run(time)
     if bench.states[1:]:
         assert bench.states == COURSE
-    for above in (0.009, 0.0):  # An approaching robot stops beside the first of these positions.
+    for above in (0.009, 0.0):  # An approaching robot stops beside the first position.
         bench.world.brick = (*bench.robot, REST_Z + above)
         bench.run(0.5)
     assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)
@@ -274,7 +270,7 @@ def test_brick_at_rest_on_the_tilted_platform_has_not_left_it_before_the_timeout
 
 
 def test_brick_far_behind_the_robot_is_still_carried():
-    """If a busy arena uses old platform transforms, the brick pose lags behind the robot pose."""
+    """A busy arena computes the brick's position from an old platform pose."""
     bench = CatchBench()
     bench.drop(8.5, 8.0, 14.0)
     bench.reach_state(State.CARRYING)
@@ -288,7 +284,6 @@ def test_brick_far_behind_the_robot_is_still_carried():
 @any_state
 @pytest.mark.parametrize('place', [(9.0, 9.0, REST_Z), (6.0, 6.0, REST_Z + 0.1), None])
 def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
-    """The catcher levels the platform, waits for the next brick and catches it."""
     bench = bench_in(state)
     if place:
         bench.world.brick = place
@@ -305,7 +300,7 @@ def test_catcher_recovers_after_the_brick_or_the_robot_is_lost(state, place):
 
 @any_state
 def test_clock_set_back_resets_the_catcher(state):
-    """After the clock is set back, the platform is leveled and a resting brick is carried off."""
+    """The catcher levels the platform and tips off a brick that is at rest."""
     bench = bench_in(state)
     bench.attaches_brick = True
     bench.now -= seconds(0.02 if state is State.CARRYING else 50.0)
@@ -322,7 +317,7 @@ def test_clock_set_back_resets_the_catcher(state):
 
 
 def test_goal_is_published_again_if_it_is_lost_or_overridden():
-    """An overridden goal is published again after the robot has reached the overriding goal."""
+    """The catcher repeats its goal after the robot has reached another goal."""
     bench = CatchBench()
     bench.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
     for count in (1, 2, 3):
@@ -338,7 +333,7 @@ def test_goal_is_published_again_if_it_is_lost_or_overridden():
 @law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_goals_are_inside_the_arena(angle, time, speed):
-    """If the brick is moved during the approach, a new goal near the robot ends the drive."""
+    """If the brick is placed elsewhere, the catcher stops the robot with a nearby goal."""
     bench = CatchBench(replace(PARAMETERS, max_velocity=speed))
     bench.drop(*within_arena(CENTER[0] + 8.0 * cos(angle), CENTER[1] + 8.0 * sin(angle)), 2000.0)
     bench.run(0.1 + time)

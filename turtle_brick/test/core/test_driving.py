@@ -104,7 +104,7 @@ headings = st.floats(-pi, pi)
        theta=headings, time=st.floats(0.0, 1.5) | st.floats(0.0, 0.05), angle=headings,
        seed=st.integers(0, 2 ** 32), delays=st.sampled_from((JITTER, Delays())))
 def test_driver_arrives_in_time_without_overshoot(speed, x, y, theta, time, angle, seed, delays):
-    """The turtle drives straight, even if the cycles of turtlesim and the robot have jitter."""
+    """The turtle drives in a straight line, even with timer jitter."""
     goal = within_arena(x + time * speed * cos(angle), y + time * speed * sin(angle))
     simulation = Simulation(replace(PARAMETERS, max_velocity=speed), seed, delays, (x, y, theta))
     simulation.rest(0.3)

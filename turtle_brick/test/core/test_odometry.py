@@ -37,7 +37,6 @@ def test_odometry_of_a_robot_that_drives_north():
 
 
 def test_lost_poses_do_not_change_the_wheel_velocity():
-    """The wheel angle includes the distance driven during a loss of pose messages."""
     odometer = Odometer(RADIUS)
     for ticks in (0, 1, 6):
         odometer.observe(ticks * TICK, TurtlePose(5.0 + ticks * TICK * 2.0, 5.0, 0.0, 2.0, 0.0))

@@ -58,7 +58,6 @@ def on_platform(place, *where):
 
 
 def turning_gap(quaternion, yaw, tilt, right):
-    """Return the orientation error of a brick on a platform, turned clockwise by `right` (rad)."""
     expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
     return gap(frame((0.0, 0.0, 0.0), quaternion).axes, expected)
 

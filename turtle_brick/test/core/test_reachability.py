@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the decision whether a falling brick is reachable, with examples and random input."""
+"""Test the reachability of falling bricks with examples and random input."""
 
 from dataclasses import replace
 from math import e, hypot, inf, sqrt
@@ -33,7 +33,7 @@ LATENCY = PARAMETERS.command_latency
 
 
 def decide(x, y, z, robot=RobotState(5.0, 5.0), speed=0.0, delay=0.0):
-    """Return the decision about a brick whose position (m) and speed (m/s) are `delay` (s) old."""
+    """Return the decision about a fall that was observed `delay` (s) ago."""
     return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
                                robot, PARAMETERS)
 
@@ -125,7 +125,7 @@ def test_decision_follows_the_formula_and_keeps_the_guarantee(
 
 
 def test_braking_loss_is_the_time_that_the_exponential_approach_adds():
-    """While the robot brakes, each BRAKING_TIME divides its distance to the goal by e."""
+    """In each BRAKING_TIME, a braking robot reduces its distance to the goal by a factor of e."""
     radius = BRAKING_TIME * 3.0 / e
     assert braking_loss(e * radius, 3.0) == 0.0
     assert braking_loss(radius, 3.0) == pytest.approx(BRAKING_TIME / e)

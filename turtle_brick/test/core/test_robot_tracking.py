@@ -30,7 +30,6 @@ def observe(tracker, time, x=5.0, tilt=0.0):
 
 
 def resting_tracker():
-    """Return a RobotTracker that has observed a robot at the same position at 1 s and 2 s."""
     tracker = RobotTracker(LATENCY)
     for time in (1.0, 2.0):
         observe(tracker, time)

@@ -47,7 +47,7 @@ starts = st.integers(0, 2 ** 62)
        pauses=st.lists(st.floats(-1.0, 3.0) | st.sampled_from((-1.0, 1.0, 249.0, 500.0)),
                        max_size=30))
 def test_steps_are_neither_skipped_nor_repeated(start, period, pauses):
-    """Gaps between calls are at most GAP, and backward clock jumps are at most one period."""
+    """Consecutive calls are at most GAP apart, and the clock is set back by at most one period."""
     clock, now = StepClock(period), start
     latest, steps = now, clock.due(now)
     for pause in pauses:

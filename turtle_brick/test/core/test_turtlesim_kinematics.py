@@ -15,8 +15,8 @@
 Test turtlesim_kinematics with examples and with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
-times of the commands are known only to within a few milliseconds. A replay therefore tries every
-order of command arrivals and ticks, and discards an order if even one bit of a pose differs.
+times of the commands are known only to within a few milliseconds. The test therefore tries every
+possible order of commands, calls and ticks. One of them must reproduce each pose exactly.
 """
 
 from bisect import bisect_left, bisect_right
@@ -92,7 +92,7 @@ def calls_of(events: list[list]) -> list[Call]:
 
 
 def perform(call: Call, sim: TurtleSim, now: float) -> bool:
-    """Perform a recorded call, and return whether the result matches the recorded result."""
+    """Repeat a recorded call, and return whether the result is the same."""
     if call.service == 'poses':
         poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
         return poses == {tuple(row) for row in call.reply['poses']}
@@ -109,7 +109,6 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
 
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
-    """At least one order of commands, calls and ticks reproduces each recorded pose exactly."""
     recording = json.loads(path.read_text())
     commands = recording['commands']['rows']
     published = [command[0] for command in commands]
@@ -117,7 +116,7 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     begins, ends = [call.begin for call in calls], [call.end for call in calls]
     sim = TurtleSim(recording['holonomic'])
     assert sim.tick(0.0) == {}
-    # A state consists of the numbers of received commands and executed calls, and a simulator.
+    # A state is the number of received commands, the number of executed calls and a simulator.
     states = {(0, 0, pickle.dumps(sim))}
     for number, (time, *recorded) in enumerate(recording['pose']):
         following = set()

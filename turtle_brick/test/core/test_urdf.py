@@ -53,13 +53,11 @@ def robot():
 
 
 def process(folder, **values):
-    """Return the robot model for the default parameters with the given changes."""
     path = written(folder, {**DEFAULTS, **values})
     return Robot(xacro.process_file(str(XACRO), mappings={'params_file': str(path)}).toxml())
 
 
 def refusal_of(folder, **values):
-    """Return the error message with which the robot description rejects given parameters."""
     with pytest.raises(xacro.XacroException) as refused:
         process(folder, **values)
     return str(refused.value)
@@ -129,7 +127,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
 
     cube_bottom, cube_top = -robot.extent('base_link', DOWN), robot.extent('base_link', UP)
     assert cube_top - cube_bottom >= min(0.025, wheel, radius)
-    # At the first of these angles, the rim of the platform is at its lowest point.
+    # At the first angle, the rim of the platform is at its lowest point.
     for angle in (atan2(radius, thickness), *np.linspace(-pi, pi, 13)):
         assert -robot.extent('platform', DOWN, platform_joint=angle) > cube_top
     assert -robot.extent('post', DOWN) == pytest.approx(cube_top, abs=1e-9)

@@ -34,7 +34,6 @@ without_ros = pytest.mark.skipif(
 
 
 def shell(script, *, options=(), **variables):
-    """Run a script in bash and return the exit status, standard output and standard error."""
     env = {name: value for name, value in {**os.environ, **variables}.items()
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
@@ -70,7 +69,7 @@ FOREIGN = {
 
 @with_environment
 def test_a_ready_environment_is_sourced_silently(tmp_path):
-    """Nothing is built. The PyPI environment works in a shell configured for another Python."""
+    """Nothing is built. Settings for another Python do not affect the PyPI environment."""
     foreign = {}
     if IS_PYPI:
         for name in ('rclpy', 'numpy', 'platform', 'yaml'):
@@ -150,7 +149,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return the paths of env.bash in an unbuilt workspace and of a folder for programs."""
+    """Return the paths of env.bash in an unbuilt workspace and of a folder with basic programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()

@@ -32,7 +32,7 @@ SCRIPTS = Path(__file__).resolve().parents[2] / 'scripts'
 
 @pytest.fixture
 def top(tmp_path):
-    """Return a workspace path with two packages, two stand-in packages and the real scripts."""
+    """Return the path of a workspace with two packages, two stand-ins and the real scripts."""
     root = tmp_path / 'workspace'
     for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_msgs',
                  'turtle_brick/standins/tf2_ros'):
@@ -187,12 +187,12 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""Replacement for Python whose pip prints $SAID and then fails. If $SAID is "wait", pip first
-waits until its parent process has exited."""
+"""Replacement for Python whose pip prints $SAID and fails. If $SAID is "wait", pip fails only
+after its parent process has exited."""
 
 
 def refusal(program, kind='pypi'):
-    """Check that making an environment fails and leaves no files, and return the error message."""
+    """Check that make_environment fails and leaves no files, and return the error message."""
     with pytest.raises(program.SetupError) as refused:
         program.make_environment(kind, 'packages')
     assert not program.ENVIRONMENT.exists()

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Compare all imports with the dependencies in package.xml and with the modules in MAY_IMPORT."""
+"""Compare all imports with package.xml and with MAY_IMPORT."""
 
 import ast
 from functools import cache
@@ -28,13 +28,13 @@ MANIFEST = (PACKAGE / 'package.xml').read_text()
 KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}' for name in (
     'hypothesis', 'joblib', 'matplotlib', 'mypy', 'numpy', 'psutil', 'pytest', 'rich', 'tqdm',
     'yaml')}}
-"""Rosdep keys that differ from the names of the imported modules, keyed by module name."""
+"""Rosdep keys that differ from the names of the imported modules."""
 
 NOT_IMPORTED = {'launch_xml', 'ros2launch'}
 """Packages required by `ros2 launch` and XML launch files, but not imported by any module."""
 
 WITHOUT_KEY = {'viser', 'websockets'}
-"""Modules without a usable rosdep key. A comment in package.xml describes their installation."""
+"""Modules without a usable rosdep key, installed as described in package.xml."""
 
 PACKAGES = ('turtle_brick', 'graph_client', 'graph_view', 'turtle_referee')
 """Python packages in the ROS package turtle_brick."""
@@ -71,7 +71,6 @@ def imports_of(path):
 
 
 def imports(*patterns):
-    """Return the full names of all modules imported by files that match glob patterns."""
     paths = (path for pattern in patterns for path in PACKAGE.glob(pattern))
     return set().union(*(imports_of(path) for path in paths if 'workspaces' not in path.parts))
 
@@ -85,7 +84,6 @@ def imported_packages(*patterns):
 
 
 def dependencies(kind):
-    """Return the package names in package.xml elements of a given type, such as exec_depend."""
     return {element.text for element in ElementTree.fromstring(MANIFEST).iter(kind)}
 
 

@@ -87,7 +87,6 @@ def blocks(page):
 
 
 def block(page, language, word):
-    """Return a page's first code block that has a given language and contains a given word."""
     return next(text for kind, text in blocks(PACKAGE / 'doc' / page)
                 if kind == language and word in text)
 
@@ -106,7 +105,7 @@ COMMANDS = list(dict.fromkeys(command for page in PAGES for command in commands(
 LESSON = [text for page in PAGES
           for (language, command), (following, text) in pairwise(blocks(page))
           if (language, following) == ('bash', 'text') and 'lesson' in command]
-"""Expected output for each part of the lesson."""
+"""Expected output of each part of the lesson program."""
 
 
 def matching(command, patterns):
@@ -237,7 +236,7 @@ def test_links_have_targets(page):
         assert file.exists(), target
         if anchor:
             headings = re.findall('^#+ (.*)', file.read_text().lower(), re.M)
-            # In anchors, GitHub removes punctuation and replaces spaces with hyphens.
+            # GitHub removes punctuation from anchors and replaces spaces with hyphens.
             assert anchor in [re.sub(r'[^\w\- ]', '', heading).replace(' ', '-')
                               for heading in headings], target
 

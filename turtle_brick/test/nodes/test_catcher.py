@@ -33,7 +33,7 @@ from visualization_msgs.msg import Marker
 
 
 class Bench(SteppedGraph):
-    """A SteppedGraph with a catcher and with a robot that starts each drive after a delay (s)."""
+    """A SteppedGraph with a catcher and a robot that responds to goals after a delay (s)."""
 
     def __init__(self, live, delay=0.0):
         self.delay = seconds(delay)
@@ -57,7 +57,6 @@ class Bench(SteppedGraph):
         self.platform = (x, y, yaw, tilt)
 
     def connect(self):
-        """Subscribe to the goals and the tilt commands, and return recordings of both topics."""
         recordings = (self.live.record('goal_pose', PoseStamped), self.live.record('tilt', Tilt))
         self.live.wait_for(self.catcher.has_subscribers, TIMEOUT, 'the catcher finds the robot')
         return recordings

@@ -26,7 +26,6 @@ FAR = Path(__file__).parents[1] / 'far.py'
 
 
 def missing_permission() -> str:
-    """Return an error message if network namespaces are unavailable, or an empty string."""
     try:
         with open('/dev/net/tun', 'r+b', buffering=0):
             pass

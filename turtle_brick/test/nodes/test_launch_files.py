@@ -55,7 +55,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 """
-"""Program that writes the Qt platform, its working directory, arguments and parameters to a file.
+"""Program that writes its Qt platform, working directory, arguments and parameters to a file.
 A Python program would need more processor time."""
 
 TOPICS = {
@@ -64,7 +64,7 @@ TOPICS = {
     'brick_marker': ('Marker', 'Transient Local'),
     'catcher_marker': ('Marker', 'Volatile'),
 }
-"""The display type and the durability of each topic in the rviz configurations."""
+"""Display type and durability of each topic in turtle_arena.rviz."""
 
 LAUNCH = """
 import os
@@ -96,12 +96,12 @@ CASES = {
         'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot'},
     'turtle_arena namespace:=alice rviz_config:=/tmp/own.rviz': {
         'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot', 'arena', 'catcher'}}
-"""Names of the programs that each launch file starts, keyed by launch file and arguments."""
+"""Programs that each launch file starts with the given arguments."""
 
 
 @pytest.fixture(scope='module')
 def reports(tmp_path_factory):
-    """Launch each case in Python and XML, and return the directory of the programs' reports."""
+    """Launch each case in Python and XML, and return the folder with the programs' reports."""
     top = tmp_path_factory.mktemp('prefix')
     index = top / 'share' / 'ament_index' / 'resource_index' / 'packages'
     index.mkdir(parents=True)

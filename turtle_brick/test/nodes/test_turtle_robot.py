@@ -47,12 +47,10 @@ def robot(live):
 
 @pytest.fixture
 def warned(capfd):
-    """Return a function that returns the warnings on standard error since its last call."""
     return lambda: [line for line in capfd.readouterr().err.splitlines() if '[WARN]' in line]
 
 
 def assert_100_hz(live, recordings):
-    """Check that the rates are 100 Hz, or lower if an overloaded machine skips timer calls."""
     rates = live.rates(recordings, 100)
     assert max(rates) < 101.0
     assert not live.is_calm or rates == pytest.approx([100.0] * len(rates), rel=0.01)
@@ -100,7 +98,6 @@ def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
 
 
 def test_odom_is_the_first_pose_including_its_heading(live, robot):
-    """The world-to-odom transform is latched and constant. A teleport does not turn the wheel."""
     statics = live.record_transforms('odom', '/tf_static', LATCHED)
     live.wait_for(lambda: statics.messages, TIMEOUT, 'world -> odom for a late joiner')
     (transform,) = statics.messages

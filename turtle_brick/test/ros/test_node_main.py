@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Wait until a program exits. Return its status and its stderr lines except rcl errors."""
+    """Return a program's exit status and stderr lines, except errors logged by rcl."""
     _, errors = program.communicate(timeout=600)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]
@@ -141,7 +141,7 @@ def restored_signals():
 ])
 def test_invalid_arguments_end_the_program_with_one_sentence(
         domain_id, restored_signals, args, reason):
-    """The error message begins with the program name without the path that `ros2 run` adds."""
+    """The error message begins with the program name, not with its path."""
     file = ['--params-file', str(default_path())] if args else []
     with pytest.raises(SystemExit, match=f'^probe: {reason}$') as ended:
         with init(['/opt/some/lib/probe', '--ros-args', *file, *args]):
@@ -150,7 +150,6 @@ def test_invalid_arguments_end_the_program_with_one_sentence(
 
 
 def probe(live, values):
-    """Return a node with parameter overrides but without declared parameters."""
     return live.add(Node, parameters=False, node_name='probe', parameter_overrides=[
         Parameter(name, value=value) for name, value in values.items()])
 

@@ -111,7 +111,7 @@ def test_any_messages_leave_the_buffer_usable(messages):
     send_valid_transforms(MAX_AHEAD_NS)
     for message, static in messages:
         guarded.store(TFMessage(transforms=[message]), static, NOW)
-    # Despite random messages with future timestamps, the buffer stores these transforms.
+    # The buffer stores valid transforms even after messages with future timestamps.
     send_valid_transforms(-MAX_AHEAD_NS)
     brick = latest_transform(guarded.buffer, 'brick')
     assert pose_of(brick.transform).position == pytest.approx((5.0, 10.0, 15.0))

@@ -41,7 +41,7 @@ DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
 
 
 def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
-    """Return the record of a drop whose transforms show motion from RELEASE + `transformed`."""
+    """Return the record of a drop with events at given times (ns) after RELEASE."""
     record = Record(Profile())
     record.frames = {BRICK: Frame(False), BASE_LINK: Frame(False)}
     for step in range(-5, 40):
@@ -109,7 +109,6 @@ def test_report_and_figure_show_the_results(tmp_path):
 
 
 def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
-    """A benchmark that receives SIGTERM exits with status 0 and does not write a file."""
     with Process([sys.executable, '-m', 'turtle_brick.tools.benchmark',
                   '--output', str(tmp_path / 'out')]) as process:
         deadline = monotonic() + 300.0

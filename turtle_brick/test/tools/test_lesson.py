@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the lesson program. test_pages.py compares its complete output with the documentation."""
+"""Test the lesson program."""
 
 import pytest
 from turtle_brick.core import driving

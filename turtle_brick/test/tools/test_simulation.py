@@ -14,8 +14,8 @@
 """
 Test the closed-loop simulation and the two guarantees of the catcher.
 
-If the catcher reports a brick as reachable, the robot catches the brick, even while driving. The
-catcher never refuses a brick within the `guaranteed_distance` of a robot at rest.
+The robot catches every brick that the catcher reports as reachable. The catcher never refuses a
+brick within the `guaranteed_distance` of a robot at rest.
 """
 
 from dataclasses import replace
@@ -67,7 +67,6 @@ def position_near_the_limit(random, simulation):
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_both_guarantees_hold(delays):
-    """The guarantees hold for random positions, speeds, dimensions and values of gravity."""
     random = Random(f'{delays}')
     verdicts = []
     for arena in range(10):

@@ -51,7 +51,6 @@ def drops():
 
 @pytest.fixture(scope='module')
 def caught(drops):
-    """Return the drop with the smallest time margin (s) of all drops that end in a catch."""
     return min((drop for drop in drops if drop.result.caught), key=lambda drop: drop.margin)
 
 
@@ -184,7 +183,6 @@ def test_a_trace_repeats_the_drop(caught):
     (['--dask', 'no address'], ''),
 ])
 def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkeypatch):
-    """Invalid options end the sweep with status 2 before it writes a file."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / sweep.TABLE).write_text('precious')
     assert sweep.main(args) == 2
