@@ -39,7 +39,7 @@ FREE_FRACTION = 0.4
 """Upper fraction of a narrow picture that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
-"""Vector added to the view direction in narrow pictures to make the camera look down steeply."""
+"""Vector added to the view direction in narrow pictures so that the camera looks down steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
 """Fraction of the remaining distance by which a camera moves closer in one update."""

@@ -66,7 +66,7 @@ def generate_launch_description():
         Node(
             package='rviz2',
             executable='rviz2',
-            # rviz2 resolves a relative rviz_config in this directory, and accepts absolute paths.
+            # A relative rviz_config is resolved against this directory. Absolute paths are allowed.
             cwd=FindPackageShare('turtle_brick'),
             arguments=['-d', LaunchConfiguration('rviz_config')],
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),

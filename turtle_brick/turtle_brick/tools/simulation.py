@@ -257,7 +257,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Return the horizontal distance in meters from the robot to the brick at the release."""
+        """Return the horizontal distance in meters from the robot to the brick before its fall."""
         return dist(self.result.brick[:2], self.result.robot)
 
     @property
