@@ -310,7 +310,7 @@ def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int
 
     :param track: times (ns) and positions (m)
     :param tolerance: maximum distance (m) from the last position
-    :param duration: minimum time (ns) with a constant position
+    :param duration: minimum time (ns) for which the position does not change
     """
     since = None
     for stamp, position in reversed(track):

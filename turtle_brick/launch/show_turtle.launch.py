@@ -66,7 +66,7 @@ def generate_launch_description():
         Node(
             package='rviz2',
             executable='rviz2',
-            # A relative rviz_config is resolved against this directory. Absolute paths are allowed.
+            # A relative rviz_config is resolved against this directory.
             cwd=FindPackageShare('turtle_brick'),
             arguments=['-d', LaunchConfiguration('rviz_config')],
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),

@@ -65,7 +65,7 @@ IN_REACH = PlannedDrop('brick in reach', 0.10, 0.4, REACTION_TIME + 0.15)
 class Program(NamedTuple):
     """The requests that a trial sends."""
 
-    idle: float = 3.0  # Observation time (s) of the robot at rest.
+    idle: float = 3.0  # Time (s) for which the resting robot is observed.
     legs: int = 8  # Number of drives, which together form a closed polygon.
     tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)  # Angles (rad) of the platform.
     drops: Sequence[PlannedDrop] = (

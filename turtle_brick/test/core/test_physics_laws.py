@@ -115,7 +115,7 @@ def test_platform_has_a_level_tolerance(tilt, is_level):
        comes=st.booleans(), away=st.sampled_from((None, 'elsewhere', 0.002, pi)) | tilts)
 def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
         place, yaw, height, radius, gravity, dt, late, comes, away):
-    """The platform moves, tilts, appears or disappears around the time of the landing."""
+    """The platform moves, tilts, appears or disappears at about the time the brick lands."""
     crossing = floor(sqrt(2.0 * height / gravity) / dt) + 1
     after, before = (0.5 * gravity * (step * dt) ** 2 for step in (crossing, crossing - 1))
     assume(before < height - 1e-6 and height + 1e-6 < after)

@@ -117,6 +117,6 @@ def test_a_signal_ends_the_benchmark_and_its_processes(tmp_path):
             Event().wait(0.05)
         assert process.stop(signal.SIGTERM, 300.0) == 0
     assert process.output == 'benchmark: interrupted; no file was written\n'
-    # Orphaned processes exist until init reaps them.
+    # Exited orphans remain as zombies until init reaps them.
     assert not psutil.wait_procs(started, timeout=300.0)[1]
     assert not list((tmp_path / 'out').iterdir())

@@ -159,7 +159,7 @@ class BrickTracker:
 
     @property
     def still_for(self) -> float:
-        """Get the time (s) for which the brick has not moved."""
+        """Get the time (s) since the brick last moved."""
         return (self._stamp - self._last_motion) * SECONDS_PER_NS
 
     def observe(self, stamp: int, position: Vector, is_attached: bool = False) -> None:

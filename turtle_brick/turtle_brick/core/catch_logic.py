@@ -84,7 +84,7 @@ class Observation(NamedTuple):
     is_beside_platform: bool = False
     """Whether the center of the brick is beside the platform, or the robot is unavailable."""
     still_for: float = 0.0
-    """Time (s) for which the brick has not moved."""
+    """Time (s) since the brick last moved."""
     is_robot_idle: bool = False
     """Whether the robot is at rest and its platform is level."""
     is_at_center: bool = False

@@ -290,7 +290,7 @@ class SimulatedDrop(NamedTuple):
         return ''
 
     def row(self) -> dict[str, Any]:
-        """Return the table row of this drop as a dictionary."""
+        """Return the table row for this drop as a dictionary."""
         result, decision = self.result, self.result.decision
         brick_x, brick_y, brick_z = result.brick
         tilted_x, tilted_y = result.carried_to or (None, None)

@@ -103,7 +103,7 @@ def format_value(value: object) -> object:
 
 
 def summary(drops: Sequence[SimulatedDrop]) -> str:
-    """Return the outcomes of drops and the broken guarantees as lines of text."""
+    """Return lines of text that list the outcomes of the drops and all broken guarantees."""
     guaranteed = [drop for drop in drops if drop.within_guarantee]
     broken = [drop for drop in drops if drop.broken_guarantee]
     lines = [outcome_counts(drops), f'guaranteed catches, {outcome_counts(guaranteed)}',

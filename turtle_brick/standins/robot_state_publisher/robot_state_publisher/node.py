@@ -108,7 +108,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
-        """Return (joint, i, m, b) for moving joints, whose positions are m * positions[i] + b."""
+        """Return (joint, i, m, b) for each moving joint. Its position is m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
