@@ -209,7 +209,7 @@ class Record:
         return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
 
     def ancestors(self, frame: str) -> list[str]:
-        """Return the names of a frame and its latest ancestors, up to MAX_DEPTH names."""
+        """Return the names of a frame and its ancestors, up to MAX_DEPTH names."""
         chain = [self.actual(frame)]
         while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
             chain.append(self.frames[chain[-1]].samples[-1].parent)

@@ -53,7 +53,7 @@ class PageServer:
         """
         Close the page without waiting for the browsers.
 
-        viser waits up to 6 s for connections on which a browser has not sent a request yet.
+        Before it closes, viser waits up to 6 s for idle connections from browsers.
         """
         Thread(target=self.viser.stop, daemon=True).start()
 

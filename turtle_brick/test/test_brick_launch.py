@@ -75,7 +75,7 @@ class TestCmdVel(unittest.TestCase):
         self.goal_publisher.publish(goal)
 
     def measure_rate(self, state):
-        """Return the rate (Hz) of commands in a given state, computed from the median interval."""
+        """Return the rate (Hz) that corresponds to the median interval between commands."""
         times, deadline = self.times[state], time.monotonic() + TIMEOUT
         times.clear()
         while len(times) <= COUNT:

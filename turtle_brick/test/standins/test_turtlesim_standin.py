@@ -149,7 +149,7 @@ def test_turtles_are_spawned_and_killed(live, turtlesim, poses):
 def test_drawing_services_only_log_a_warning(live, turtlesim):
     live.call('clear', Empty)
     live.call('turtle1/set_pen', SetPen)
-    turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim does not draw\n', TIMEOUT)
+    turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim has no pen\n', TIMEOUT)
 
 
 def test_mimic_copies_the_velocities_of_draw_square(live, poses):

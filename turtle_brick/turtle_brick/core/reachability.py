@@ -92,8 +92,8 @@ def drive_time(distance: float, parameters: Parameters) -> float:
     If all nodes run on one machine, the command latency is at most 0.11 s. Transporting three
     messages (goal, pose and transform) takes 1.2 ms. Waiting for turtle_robot's next cycle and
     next transform takes up to 10 ms each. turtlesim's queue delays a command by up to 76.4 ms (one
-    transport, six newer commands and one tick). The remaining 12.4 ms are for the next physics
-    step and the operating system. Leveling the platform takes less than 0.11 s.
+    transport, six newer commands and one tick). The remaining 12.4 ms cover the wait for the
+    next physics step and delays of the operating system. Leveling the platform takes less than 0.11 s.
 
     :param distance: horizontal distance (m) from the platform axis to the brick
     """

@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 MAX_COUNT = 1000
-"""Number of samples that suffice for a judgment."""
+"""Sufficient number of samples for the evaluation of a rule."""
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')

@@ -87,7 +87,7 @@ class TurtleTopics:
             node.create_service(TeleportRelative, f'{name}/teleport_relative', service_callback(
                 lambda by: turtle.teleport_relative(by.linear, by.angular))),
             node.create_service(SetPen, f'{name}/set_pen', service_callback(
-                lambda _: node.get_logger().warning('this stand-in for turtlesim does not draw'))),
+                lambda _: node.get_logger().warning('this stand-in for turtlesim has no pen'))),
         ]
 
     def publish(self, pose: TurtlePose) -> None:
@@ -120,7 +120,7 @@ class TurtleSimNode(Node):
         self._open('turtle1')
         self.create_service(Empty, 'reset', service_callback(self._reset))
         self.create_service(Empty, 'clear', service_callback(
-            lambda _: self.get_logger().warning('this stand-in for turtlesim does not draw')))
+            lambda _: self.get_logger().warning('this stand-in for turtlesim has no pen')))
         self.create_service(Spawn, 'spawn', self._spawn)
         self.create_service(Kill, 'kill', service_callback(self._kill))
         # A steady clock is used because the Qt timer in the real turtlesim ignores simulated time.
