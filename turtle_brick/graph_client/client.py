@@ -93,7 +93,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send a goal position (m) and return the completed drive, or None if no goal was sent."""
+        """Send a goal position (m) and return the recorded drive, or None if no goal was sent."""
         if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.
@@ -191,5 +191,5 @@ class GraphClient:
                     lambda: watch.floated, 2.0 * self.timeout):
                 self.wait_until(lambda: watch.leveled, self.timeout)
         else:
-            self.graph.spin_for(0.6)  # Record whether the brick stays on the ground.
+            self.graph.spin_for(0.6)  # Observe whether the landed brick moves again.
         self.wait_until(self.is_at_rest, self.timeout)

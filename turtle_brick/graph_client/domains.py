@@ -56,7 +56,7 @@ def is_empty(domain: int) -> bool:
 
 @contextmanager
 def reserved_domain(candidates: Iterable[int] | None = None) -> Iterator[int]:
-    """Reserve the first unused ROS domain among candidates (default: 1 to 100, shuffled)."""
+    """Reserve the first unused ROS domain among the candidates (default: 1 to 100, shuffled)."""
     for domain in candidates or random.sample(DOMAINS[1:], len(DOMAINS) - 1):
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as mark:
             try:

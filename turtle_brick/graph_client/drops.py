@@ -68,11 +68,11 @@ class DropWatch:
         self.refusals: list[int] = []
         self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if the robot may catch or miss the brick.
+        self.should_be_caught: bool | None = None  # None if catching the brick is optional.
 
     @property
     def decided(self) -> int | None:
-        """Return the time (ns) of a drop's first goal or "Unreachable" marker (default: None)."""
+        """Return the time (ns) of the first goal or "Unreachable" marker in the drop, if any."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:

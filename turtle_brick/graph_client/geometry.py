@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Define the size of the arena, and compute poses (m) and angles (rad) with numpy."""
+"""Define the arena size and numpy functions for poses (m) and angles (rad)."""
 
 from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, sin

@@ -52,7 +52,7 @@ def load_type(name: str) -> Any:
 
 
 def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
-    """Yield the containing message and the name of each floating-point field."""
+    """Yield (message, field name) for each floating-point field, including nested fields."""
     for name, kind in message.get_fields_and_field_types().items():
         if kind in ('double', 'float'):
             yield message, name

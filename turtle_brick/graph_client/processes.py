@@ -43,7 +43,7 @@ def launch_error(output: str) -> str:
     errors = LAUNCH_ERROR.findall(output)
     if not errors:
         return '; '.join(crashes(output))
-    # The first exception in the list comes from the parser for this type of launch file.
+    # If several parsers fail, the error of the parser for the file type is listed first.
     error = next(part for part in errors[-1].split('\n - ') if 'multiple exceptions' not in part)
     command, _, printed = error.partition('Captured stderr output:')
     if printed:
@@ -53,7 +53,7 @@ def launch_error(output: str) -> str:
 
 
 def explain_missing(error: str) -> str:
-    """Return an error message that also states where a package or module is missing."""
+    """State in an error message whether the workspace or the environment lacks a package."""
     error = error.partition(', searching: ')[0].strip('"')
     for name in (a or b for a, b in MISSING.findall(error)):
         place = 'workspace' if name.startswith('turtle_brick') else 'environment'

@@ -32,7 +32,7 @@ MAX_GAP_NS = 120_000_000
 EXTRAPOLATION_NS = 50_000_000
 """Maximum time (ns) by which poses are extrapolated beyond the first or last transform."""
 MAX_LATENESS_NS = 15_000_000
-"""Maximum delay (ns) of the observer that does not count as a stall."""
+"""Delay (ns) of the observer above which a stall is recorded."""
 STALL_AFTERMATH_NS = NS_PER_SECOND
 """Time (ns) after the end of a stall during which the stall may still affect trials."""
 MAX_AHEAD_NS = 5_000_000_000
@@ -162,7 +162,7 @@ class Record:
         self.publishers: dict[str, set[str]] = {}  # Full names of nodes that publish each topic.
         self.latched: dict[str, bool] = {}  # Whether all publishers of each topic are latched.
         self.idle: list[tuple[int, int]] = []
-        self.driving: list[tuple[int, int]] = []  # Time spans (ns) of consecutive drives.
+        self.driving: list[tuple[int, int]] = []  # Time span (ns) of each drive sequence.
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
@@ -184,7 +184,7 @@ class Record:
         p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         if stamp - published > MAX_AHEAD_NS:
-            return  # A transform far in the future would always be the latest one.
+            return  # A timestamp far in the future would always be the latest one.
         frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
@@ -259,7 +259,7 @@ class Record:
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return a phrase that states how many trials had stalls, or '' if no trial had any."""
+        """Return a phrase that states how many trials had stalls, or '' if none did."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
@@ -306,7 +306,7 @@ def message_rate(times: Sequence[float]) -> float:
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) since which a position has been constant, or None if it still changes.
+    Return the time (ns) at which the position became constant, or None if it still changes.
 
     :param track: times (ns) and positions (m)
     :param tolerance: maximum distance (m) from the last position

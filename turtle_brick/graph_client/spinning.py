@@ -69,7 +69,7 @@ class NodeSpinner(Spinner, AbstractContextManager['NodeSpinner']):
     """Context manager for one node with its own context, executor and signal handlers."""
 
     def __init__(self, make_node: Callable[..., Node], namespace: str = '') -> None:
-        """Create the node from a node class or from a function with the same arguments."""
+        """Create a node by calling `make_node` (a node class or a function that returns one)."""
         self._context = Context()
         rclpy.init(args=['--ros-args', '--log-level', 'warn'], context=self._context,
                    signal_handler_options=SignalHandlerOptions.NO)

@@ -36,7 +36,7 @@ NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
-"""Upper fraction of a narrow picture that the panel never covers."""
+"""Fraction of a narrow picture's height, from the top, that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in narrow pictures so that the camera looks down steeply."""

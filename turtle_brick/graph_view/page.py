@@ -59,7 +59,7 @@ GOAL_TOLERANCE = 0.05
 """Minimum distance (m) between the robot and its goal at which the goal is shown."""
 
 MAX_AGE_NS = NS_PER_SECOND // 2
-"""Maximum age (ns) of the transforms that determine the time at which all objects are drawn."""
+"""Maximum time (ns) by which an object without new transforms can delay the other objects."""
 
 TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 """Topics whose latest text is shown on the page."""
@@ -210,7 +210,7 @@ class Page:
     def _frame_objects(self) -> dict[str, SceneObject]:
         if not self._panel.frames.value:
             return {}
-        # A robot has many static frames, which only a configuration file can make visible.
+        # By default, static frames are hidden because a robot has many of them.
         return {f'frames/{frame}': SceneObject((), pose, frame)
                 for frame, is_moving in self._is_moving.items()
                 if (is_moving or self._settings.shows_frames)

@@ -129,7 +129,7 @@ class Panel:
         self.fixed_frame.content = _html('fixed_frame', text, not is_known)
 
     def show_status(self, text: str, is_alarm: bool) -> None:
-        """Show the status of the current catch, in red for an alarm."""
+        """Show the status of the current catch attempt, in red for an alarm."""
         self.status.content = _html('status', text, is_alarm)
 
     def show_response(self, text: str, is_success: bool) -> None:
@@ -201,7 +201,6 @@ class Panel:
             self._execute('drive', *point)
 
     def _is_edited(self) -> bool:
-        """Return whether a user has changed the suggested brick position in the panel."""
         try:
             return parse_position(self.position.value) != self._suggestion
         except ValueError:

@@ -59,7 +59,7 @@ class Replay:
         return bool(self._snapshots)
 
     def snapshot(self, now: int) -> Snapshot | None:
-        """Return the replayed snapshot to show now, or None if the replay is not running."""
+        """Return the current snapshot of the replay, or None if no replay is running."""
         if self._start is None:
             return None
         time = self._snapshots[0].time + round((now - self._start) * self._speed)

@@ -72,7 +72,7 @@ class BrowserCamera:
     async def _on_update(self, camera: viser.CameraHandle) -> None:
         """Stop adjusting the camera if the browser reports a position that was not requested."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
-            # The browser has reset the camera, which a narrow page also does after loading.
+            # The browser resets the camera on request and, on a narrow page, after loading.
             self.set_view(NEAR_VIEW)
             return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE

@@ -53,7 +53,7 @@ class PageServer:
         """
         Close the page without waiting for the browsers.
 
-        Before it closes, viser waits up to 6 s for idle connections from browsers.
+        viser.stop() waits up to 6 s for idle browser connections, so it runs in another thread.
         """
         Thread(target=self.viser.stop, daemon=True).start()
 

@@ -176,7 +176,6 @@ class Viewer(Node):
                 subscription_qos(latched, reliable))
 
     def _find_sections(self) -> tuple[bool, bool, bool]:
-        """Return whether an arena, a robot and a catcher are running."""
         return (any(client.service_is_ready() for client in self._clients_by_name.values()),
                 self.count_publishers('odom') > 0, self.count_publishers('catcher_state') > 0)
 
@@ -228,7 +227,7 @@ class Viewer(Node):
         """Call a service with an optional position (m), and show the response."""
         def on_response(future: Future) -> None:
             response = future.result()
-            # A service type from another workspace may define a response without these fields.
+            # In another workspace, the response may have no success or message field.
             is_success = getattr(response, 'success', True)
             self._show_response(f'{name}: {getattr(response, "message", "done")}', is_success)
             if is_success:

@@ -96,7 +96,7 @@ class Trial(GraphClient):
             self.end = monotonic() + TIME_LIMIT
             self.rest()
             self.drive()
-            # While the platform tilts, the angle of a brick on the ground is also recorded.
+            # This drop leaves a brick on the ground, whose angle must also follow the platform.
             self.drop_all(self.program.drops[:1])
             self.tilt()
             self.drop_all(self.program.drops[1:])
@@ -125,7 +125,7 @@ class Trial(GraphClient):
         return True
 
     def is_empty(self) -> bool:
-        """Return whether no graph was found (apart from TF, which namespaces may share)."""
+        """Return whether no graph was found. TF is ignored because namespaces may share it."""
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:

@@ -46,9 +46,9 @@ FALL_DEVIATION = 0.02
 MAX_LAG = 0.05
 """Maximum delay (s) between the motion of the platform and the motion of a brick on it."""
 SLIDE_DEVIATION = 0.04
-"""Maximum distance (m) between the measured and the computed position of a sliding brick."""
+"""Maximum distance (m) between the measured and computed positions of a sliding brick."""
 EARLY_END, LATE_END = 0.02, 0.08
-"""Maximum overlap (m) and maximum gap (m) between brick and platform at the end of a slide."""
+"""Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
 CUBE, TEXT, ADD = 1, 9, 0
 """The marker types CUBE and TEXT_VIEW_FACING, and the marker action ADD."""
 MIN_WALL_LENGTH = 5.0
@@ -58,7 +58,7 @@ STEP = 1.0 / PHYSICS_RATE
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
 """Candidate delays (ns) between the platform motion and the brick motion."""
 BEFORE_NS = 100_000_000
-"""Interval (ns) between the last measured position of the brick and the next request."""
+"""Interval (ns) between the last evaluated position of the brick and the next request."""
 LIFETIME = 3.0
 """Required lifetime (s) of the "Unreachable" marker."""
 LIFETIME_TOLERANCE = 0.3
@@ -260,7 +260,7 @@ class MeasuredFall(NamedTuple):
     """A fall from rest that is fitted to the recorded transforms of a brick."""
 
     drop: DropWatch
-    begin: float  # Start (s) of the fitted fall, relative to the last transform before the fall.
+    begin: float  # Start time (s) of the fall, relative to the last transform before the fall.
     times: Array  # Times (s) since the start.
     depths: Array  # Distances (m) of the brick below its starting position.
     acceleration: float
@@ -465,7 +465,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return all relevant drops in which the brick landed, or raise Open if there are none."""
+    """Return the drops in which the brick landed and `is_relevant` holds, or raise Open."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],

@@ -57,7 +57,7 @@ class RobotModel:
     """The links and joints in a URDF."""
 
     def __init__(self, description: str, names: Iterable[tuple[str, str]] = ()) -> None:
-        """Parse a URDF and give its links standard names, or raise Failed if it is invalid."""
+        """Parse a URDF and give its links standard names, or raise Failed for an invalid URDF."""
         standard_names = {name: standard for standard, name in names}
         try:
             robot = ElementTree.fromstring(description)

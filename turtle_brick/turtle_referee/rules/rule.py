@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 MAX_COUNT = 1000
-"""Sufficient number of samples for the evaluation of a rule."""
+"""Approximate maximum number of samples in one evaluation."""
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
@@ -82,7 +82,7 @@ class Judgment(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # Crashes and failed requirements that may be the cause.
+    follows: Sequence[str] = ()  # Crashes and failed requirements that may have caused it.
     absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
 
 
@@ -150,7 +150,7 @@ class Rules(list[Rule]):
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
     def causes(self, failed: Mapping[str, str]) -> dict[str, list[str]]:
-        """Map each failed requirement to the other failures that may have caused its failure."""
+        """Map each failed requirement to the other failed requirements that may have caused it."""
         above = {name: self.all_dependencies(name) for name in failed}
         roots = [name for name in failed if not above[name] & failed.keys()]
         # If several rules report the same fault, only the first rule counts as the cause.
@@ -172,7 +172,7 @@ def number(record: Record, name: str) -> float:
 
 
 def thin(items: Iterable[Value]) -> list[Value]:
-    """Return fewer than twice MAX_COUNT evenly spaced items of a sequence."""
+    """Return at most 2 * MAX_COUNT - 1 evenly spaced items."""
     items = list(items)
     return items[::max(len(items) // MAX_COUNT, 1)]
 

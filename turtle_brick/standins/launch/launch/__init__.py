@@ -49,7 +49,7 @@ class LaunchDescription:
     execute = get_sub_entities
 
     def declared_arguments(self, entity=None, given=(), conditional=False):
-        """Return all declared arguments, each with a flag that is true if a value is required."""
+        """Return a list of (argument, is_required) for all declared arguments."""
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None

@@ -117,7 +117,7 @@ def read_joint(element: Element) -> Joint:
         parts.get(tag, Element(tag)) for tag in ('origin', 'parent', 'child', 'mimic'))
     axis = numbers(parts['axis'], 'xyz', 3, '0 0 0') if 'axis' in parts else (1.0, 0.0, 0.0)
     translation = numbers(origin, 'xyz', 3, '0 0 0')
-    if kind in MOVING and not any(axis):  # The real node divides by zero.
+    if kind in MOVING and not any(axis):  # For a zero axis, the real node divides by zero.
         axis = translation = (nan, nan, nan)
     roll, pitch, yaw = numbers(origin, 'rpy', 3, '0 0 0')
     pose: Transform = (*translation, 0.0, 0.0, 0.0, 1.0)

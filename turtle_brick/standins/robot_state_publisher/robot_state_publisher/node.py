@@ -95,7 +95,6 @@ class RobotStatePublisher(Node):
                 for joint, index, factor, offset in self._find_sources(state.name)]))
 
     def _is_due(self, state: JointState) -> bool:
-        """Return whether to publish transforms for a joint state."""
         now = self.get_clock().now().nanoseconds
         stamp = state.header.stamp.sec * 1_000_000_000 + state.header.stamp.nanosec
         # As in the real node, the minimum interval is a whole number of milliseconds.
@@ -108,7 +107,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
-        """Return (joint, i, m, b) for each moving joint. Its position is m * positions[i] + b."""
+        """Return (joint, i, m, b) for each moving joint at the position m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))

@@ -50,7 +50,7 @@ SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service and for the service response."""
 
 LEAVE_TIMEOUT = 10
-"""Timeout (s) for leaving the graph. Without it, Fast DDS blocked 1 in 700 commands."""
+"""Timeout (s) for leaving the graph. Without this timeout, Fast DDS blocked 1 in 700 commands."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
@@ -58,7 +58,7 @@ TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boo
 
 
 joined: list['GraphNode'] = []
-"""The node of this command, if any, which leave() destroys."""
+"""List that contains the node of this command until leave() destroys the node."""
 
 _signals: list[int] = []
 """Received signal numbers. rclpy may lose an exception raised in a signal handler."""

@@ -117,7 +117,7 @@ class Cache:
         self._entries: list[Entry] = []
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the time (ns) and parent of the latest transform, or (0, None)."""
+        """Return the time (ns) and parent of the latest transform, or (0, None) if none exists."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def clear(self) -> None:
@@ -369,7 +369,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor and the latest common time (ns) of the transforms to it."""
+        """Yield each ancestor and the latest common time (ns) of the transforms on the path."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

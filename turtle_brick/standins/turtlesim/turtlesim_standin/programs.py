@@ -16,7 +16,7 @@ Stand-ins for the programs in turtlesim 1.8.2.
 
 mimic publishes the velocity from input/pose (turtlesim/msg/Pose) on output/cmd_vel.
 draw_square calls the reset service and then drives turtle1 along squares.
-turtle_teleop_key drives turtle1 with the arrow keys. Its parameters are scale_linear (double,
+turtle_teleop_key drives turtle1 with the arrow keys and has the parameters scale_linear (double,
 default: 2.0 m/s) and scale_angular (double, default: 2.0 rad/s).
 """
 
@@ -84,7 +84,7 @@ class TeleopKey(Program):
     """Drives turtle1 with the arrow keys until the user presses q."""
 
     def __init__(self) -> None:
-        """Make the terminal deliver each key immediately."""
+        """Make the terminal deliver each key press without waiting for Enter."""
         super().__init__('teleop_turtle')
         for name in ('scale_linear', 'scale_angular'):
             self.declare_parameter(name, 2.0)
