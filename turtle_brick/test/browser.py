@@ -144,7 +144,7 @@ class Chromium:
         return x + width / 2.0, y + height / 2.0
 
     def screenshot(self, expression: str) -> bytes:
-        """Return a PNG screenshot of the element that a JavaScript expression selects."""
+        """Return a PNG screenshot of the element selected by a JavaScript expression."""
         x, y, width, height = self.box_of(expression)
         return b64decode(self._call('Page.captureScreenshot', clip={
             'x': x, 'y': y, 'width': width, 'height': height, 'scale': 1})['data'])

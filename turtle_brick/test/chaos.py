@@ -81,19 +81,19 @@ STAGES: dict[str, Callable[[Any, DropWatch], Any]] = {
 
 UDP = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET', 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
 """Environment variables for the `kills` command. With the discovery range LOCALHOST, Fast DDS uses
-shared memory. In 3 of 240 trials with shared memory, but in none with UDP, a process frozen for
-2 s stopped receiving messages."""
+shared memory. A process that had been frozen for 2 s stopped receiving messages in 3 of 240 trials
+with shared memory, but never with UDP."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
-"""Time (s) allowed for the discovery of a new process. DDS repeats the announcement of the process
-after 3 s, or after 0.3 s with the project's DDS profile."""
+"""Time (s) allowed for the discovery of a new process. DDS announces a process again after 3 s, or
+after 0.3 s with the project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
-"""Height (m) of an easy brick, its maximum distance (m) from the robot, and height (m) of an
-unreachable brick. Even on a busy machine, the catcher detects falls from these heights."""
+"""Height (m) of a brick that is easy to catch, its maximum distance (m) from the robot, and height
+(m) of an unreachable brick. Even on a busy machine, the catcher detects a fall from 12 m."""
 
 BATCH, PERIOD = 1000, 0.005
-"""Number of random messages before each catch, and time (s) between two messages."""
+"""Number of random messages before each test catch, and interval (s) between messages."""
 
 EXCLUDED = ('/rosout', '/parameter_events', '/turtle1/cmd_vel', '/joint_states')
 """Topics without random messages. The real turtlesim keeps a NaN from cmd_vel in its pose. The
@@ -101,7 +101,7 @@ real robot_state_publisher exits after receiving a joint state with a timestamp 
 
 
 class Scene(Graph):
-    """A graph with a client and with nodes in separate processes."""
+    """A graph with a client in this process and nodes in other processes."""
 
     def __init__(self, domain_id: int, random: Random, names: Iterable[str] = NODES) -> None:
         super().__init__(domain_id)
@@ -173,10 +173,10 @@ class Scene(Graph):
 
     def drop_easy_brick(self, stage: str) -> DropWatch:
         """
-        Drop bricks that are easy to catch until one of them reaches a given stage.
+        Drop bricks that are easy to catch until one drop reaches a given stage.
 
-        The catcher may refuse bricks for WINDOW (s) after a fault. The robot may miss bricks while
-        this machine is overloaded.
+        The catcher may refuse bricks for WINDOW seconds after a fault. The robot may miss bricks
+        while this machine is overloaded.
         """
         begin = monotonic()
         window_end, deadline = begin + WINDOW, begin + TIMEOUT
@@ -199,7 +199,6 @@ class Scene(Graph):
         self.wait_until(lambda: watch.leveled, 'the platform is level again')
 
     def go_to(self, stage: str) -> None:
-        """Bring the brick to a given stage of a drop."""
         if stage == 'hovering':
             self.place(self.easy_position())
         elif stage == 'unreachable':
@@ -250,7 +249,7 @@ class Scene(Graph):
             send(fill_randomly(kind(), self.random))
             self.spin_for(PERIOD)
         self.remove(sender)
-        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Wait until all timestamps are in the past.
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Wait for the latest accepted timestamp.
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')

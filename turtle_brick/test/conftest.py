@@ -73,8 +73,8 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config, 'workerinput'):
-        # Linux divides the processor time equally among sessions, and each process that a test
-        # starts has its own session. Workers that shared one session would be too slow.
+        # Give each worker its own session, because Linux divides the processor time equally among
+        # sessions and each process that a test starts has its own session.
         os.setsid()
     # A background job in a shell script ignores SIGINT, and so do its child processes.
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -129,7 +129,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run the linters first and then the slowest files to keep all workers busy until the end."""
     def rank(item: pytest.Item) -> int:
         if item.get_closest_marker('linter'):
-            return -1  # flake8 forks, but a fork is unsafe while DDS threads are running.
+            return -1  # flake8 forks, which is unsafe while DDS threads are running.
         return LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST)
 
     items.sort(key=rank)

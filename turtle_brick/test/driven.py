@@ -38,7 +38,7 @@ TICK_NS = 20_000_000
 """Time step (ns), equal to the catcher's period and to the duration of five physics steps."""
 
 MAX_DURATION = 30.0
-"""Timeout (s) of SteppedGraph.until() in simulated time."""
+"""Timeout (s, simulated time) of SteppedGraph.until()."""
 
 
 def record_published(publisher: Any) -> list[Any]:
@@ -55,7 +55,7 @@ def record_published(publisher: Any) -> list[Any]:
 
 
 class SteppedGraph:
-    """A graph whose callbacks the test calls, so that no message is late or lost."""
+    """A graph whose callbacks are called by the test, so that no message is late or lost."""
 
     def __init__(self, live: LiveGraph, *node_types: type[CatcherNode]) -> None:
         self.live = live
@@ -106,7 +106,6 @@ class SteppedGraph:
             self.tick()
 
     def until(self, condition: Callable[[], Any] | Phase, what: str = '') -> None:
-        """Advance the time until a condition is true or the brick is in a given phase."""
         if isinstance(condition, Phase):
             phase, condition, what = condition, lambda: self.world.phase is phase, condition.value
         end = self.now + MAX_DURATION * NS_PER_SECOND

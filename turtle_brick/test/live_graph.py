@@ -56,13 +56,13 @@ TIMEOUT = 120.0
 """Timeout (s) for events that occur immediately on an idle machine."""
 
 MAX_PAUSE = 0.015
-"""Maximum time (s) between two spins. In a longer pause, 100 Hz timers may skip calls."""
+"""Maximum time (s) between two spins. During longer pauses, 100 Hz timers may skip calls."""
 
 CALM_TIMEOUT = 5.0
-"""Time (s) after which LiveGraph.rates() no longer repeats an interrupted measurement."""
+"""Time (s) after which LiveGraph.rates() stops repeating interrupted measurements."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
-"""A short referee program. Even on a busy machine, the robot can catch the second brick."""
+"""A short referee program whose second brick the robot can catch even on a busy machine."""
 
 
 class Recording:
@@ -141,8 +141,8 @@ class LiveGraph(Graph):
         """
         Measure the publication rate (Hz) of `count` messages in each recording.
 
-        Until CALM_TIMEOUT, a pause of the machine restarts the measurement. After a later pause,
-        `is_calm` is False.
+        A pause longer than MAX_PAUSE restarts the measurement in the first CALM_TIMEOUT seconds,
+        and sets `is_calm` to False later.
         """
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')
@@ -184,7 +184,7 @@ def add_nodes(graph: Graph) -> dict[str, Any]:
 
 
 def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **options: Any) -> Record:
-    """Run a trial of the referee on a graph, and return the record."""
+    """Run a referee trial on a graph, and return the record."""
     observer = graph.add(Observer, parameters=False, profile=Profile.from_parameters(load()))
     Trial(graph, observer, log, **options).run()
     return observer.record

@@ -145,7 +145,7 @@ class Command:
             return condition()
 
     def has_printed(self, expected):
-        """Return whether the output matches a pattern, at least n times for [pattern, n]."""
+        """Return whether the output has a match for a pattern, or n matches for [pattern, n]."""
         pattern, count = expected if isinstance(expected, list) else (expected, 1)
         return len(re.findall(pattern, self.text[:self.text.rfind('\n') + 1], re.M)) >= count
 
@@ -163,7 +163,7 @@ class Command:
         return found
 
     def end(self, timeout=2 * TIMEOUT):
-        """Wait for the command, kill its remaining processes and return their IDs."""
+        """Wait for the command to exit, kill its remaining processes and return their IDs."""
         try:
             assert self.wait_for(lambda: self.status is not None, timeout), self.text + self.error
             for reader in self.readers:

@@ -162,7 +162,7 @@ def test_fall_is_detected_by_its_third_sample_with_its_course(
     bench.hover(x, y, height, hovering)
     release = bench.now - round(
         part * (bench.intervals[-1] if hovering else 2 * NS_PER_SECOND))
-    # The first of the four samples may coincide with the release of the brick.
+    # At least three of the four samples follow the release of the brick.
     fall = bench.fall(x, y, height, release, 4)
     assert fall.speed == pytest.approx(gravity * (fall.stamp - release) * 1e-9, abs=1e-3)
     for drop in (0.3, 0.5, 5.0, 25.0):
@@ -197,7 +197,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """At the maximum tilt_angle of 1.5 rad, a slide is most similar to a fall."""
+    """At the maximum tilt_angle of 1.5 rad, the brick slides almost as fast as it falls."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now
@@ -213,7 +213,7 @@ def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
        amount=st.floats(0.02, 10.0), is_time_set_back=st.booleans())
 def test_interrupted_fall_ends_and_the_next_fall_is_detected(
         spacing, samples, sideways, upward, amount, is_time_set_back):
-    """A fall ends when the brick is placed elsewhere or stops, or when the clock is set back."""
+    """A fall ends if the brick stops or is placed elsewhere, or if the clock is set back."""
     bench = DetectorBench(spacing)
     release = bench.now
     assert bench.fall(5.0, 5.0, 20.0, release, 4)

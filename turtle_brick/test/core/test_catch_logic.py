@@ -35,7 +35,7 @@ from turtle_brick.physics import Phase, STEP_NS, World
 
 
 ROBOT_LOST = {'is_beside_platform': True}
-"""Observed values while the robot is unavailable."""
+"""Values of Observation fields while the robot is unavailable."""
 
 TABLE = [
     # state, observed values, next state
@@ -220,7 +220,7 @@ def test_unreachable_brick_causes_one_decision_and_no_motion():
 
 
 def test_refused_brick_is_carried_if_it_lands_on_the_platform():
-    """The catcher refused the brick because the robot was unavailable during the fall."""
+    """The catcher refuses the brick because the robot is unavailable during the fall."""
     bench = CatchBench()
     bench.visible = False
     bench.drop(5.5, 5.5, 5.0)
@@ -243,7 +243,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time):
     bench.run(time)
     if bench.states[1:]:
         assert bench.states == COURSE
-    for above in (0.009, 0.0):  # An approaching robot stops beside the first position.
+    for above in (0.009, 0.0):  # A driving robot stops beyond the brick's first position.
         bench.world.brick = (*bench.robot, REST_Z + above)
         bench.run(0.5)
     assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)

@@ -120,7 +120,7 @@ def test_driver_arrives_in_time_without_overshoot(speed, x, y, theta, time, angl
         dx, dy = pose.x - goal[0], pose.y - goal[1]
         assert dx * ex + dy * ey <= 0.002
         assert abs(dx * ey - dy * ex) <= 0.005
-    # A goal that is repeated after the arrival does not move the turtle.
+    # Repeating a goal that has been reached does not move the turtle.
     samples.clear()
     simulation.driver.drive_to(*goal)
     simulation.rest(0.3)

@@ -46,7 +46,7 @@ def test_brick_is_reachable_if_the_robot_has_enough_time():
 def test_time_needed_by_a_robot():
     """A moving robot needs more time because it may first drive away from the goal."""
     point = (8.0, 5.0)
-    drive = 2.5 / 3.0  # The distance is 3 m minus the platform radius of 0.5 m.
+    drive = 2.5 / 3.0  # The robot drives 3 m minus the platform radius of 0.5 m, at 3 m/s.
     assert time_needed(point, RobotState(5.0, 5.0), PARAMETERS) == pytest.approx(LATENCY + drive)
     assert time_needed(point, RobotState(5.0, 5.0, is_at_rest=False), PARAMETERS) == (
         pytest.approx(2 * LATENCY + drive))

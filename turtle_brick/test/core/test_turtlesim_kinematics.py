@@ -16,7 +16,7 @@ Test turtlesim_kinematics with examples and with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
 times of the commands are known only to within a few milliseconds. The test therefore tries every
-possible order of commands, calls and ticks. One of them must reproduce each pose exactly.
+possible order of commands, calls and ticks. One order must reproduce every pose exactly.
 """
 
 from bisect import bisect_left, bisect_right
@@ -116,7 +116,7 @@ def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     begins, ends = [call.begin for call in calls], [call.end for call in calls]
     sim = TurtleSim(recording['holonomic'])
     assert sim.tick(0.0) == {}
-    # A state is the number of received commands, the number of executed calls and a simulator.
+    # A state contains the numbers of received commands and executed calls, and a simulator.
     states = {(0, 0, pickle.dumps(sim))}
     for number, (time, *recorded) in enumerate(recording['pose']):
         following = set()

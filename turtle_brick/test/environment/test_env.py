@@ -38,7 +38,7 @@ def shell(script, *, options=(), **variables):
            if value is not None}
     done = subprocess.run(['bash', *options, '-c', script], env=env, cwd='/', text=True,
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=600.0,
-                          start_new_session=True)  # Bash must not take over the terminal.
+                          start_new_session=True)  # Bash must not take control of the terminal.
     return done.returncode, done.stdout, done.stderr
 
 
@@ -110,7 +110,7 @@ compgen -v | grep -v -x -E 'BASH.*|_|SECONDS|RANDOM|SRANDOM|EPOCH.*|PIPESTATUS|L
 @with_environment
 def test_sourcing_keeps_shell_options_functions_and_variables():
     options = {'options': ('-efu', '-o', 'pipefail'), 'ROS_DOMAIN_ID': '77'}
-    # This process has already inherited the variables from env.bash.
+    # This process has already inherited the environment variables set by env.bash.
     before = shell(STATE, **options)
     show = 'printf "again\\0"; env -0'
     status, output, errors = sourced(
@@ -149,7 +149,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return the paths of env.bash in an unbuilt workspace and of a folder with basic programs."""
+    """Return the path of env.bash in an unbuilt workspace, and a folder with basic programs."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()
@@ -180,7 +180,7 @@ def test_an_unsuitable_shell_is_refused(unbuilt, command, variables, words):
 
 
 def test_a_python_without_the_packages_of_ros_is_refused(unbuilt):
-    """A conda environment may be able to import rclpy, but not to build the workspace."""
+    """A conda environment may contain rclpy, but not the packages that build the workspace."""
     env_bash, tools = unbuilt
     (tools / 'python3').write_text('#!/bin/sh\n[ "$2" = "import rclpy" ]\n')
     (tools / 'python3').chmod(0o755)

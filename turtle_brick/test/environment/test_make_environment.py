@@ -187,8 +187,8 @@ elif [ "$1 $2" = "-m pip" ]; then
   exit 1
 fi
 """
-"""Replacement for Python whose pip prints $SAID and fails. If $SAID is "wait", pip fails only
-after its parent process has exited."""
+"""Fake Python interpreter whose pip prints $SAID and fails. If $SAID is "wait", pip fails
+only after its parent process has exited."""
 
 
 def refusal(program, kind='pypi'):
@@ -223,7 +223,7 @@ def test_a_missing_program_is_named(program, tmp_path, monkeypatch):
     ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
     ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
 def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
-    """The path with 'C++' is accepted, so the error message is about the machine type."""
+    """The path with 'C++' is valid, so the error message is about the machine type."""
     monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
     assert words in refusal(load(top.rename(top.with_name(name))))
 

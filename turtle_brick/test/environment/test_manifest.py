@@ -56,7 +56,6 @@ MAY_IMPORT = {
 
 @cache
 def imports_of(path):
-    """Return the full names of all modules that a file imports."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):

@@ -14,7 +14,7 @@
 """
 Test the commands, output, parameters and links in README.md and doc/.
 
-A command is a line in a ```bash block, or code in `backquotes` that begins with one of PROGRAMS.
+A command is a line in a ```bash block, or inline code that begins with one of PROGRAMS.
 The test runs each command that does not match a pattern in NOT_RUN.
 """
 
@@ -122,7 +122,7 @@ def run(command, domain, directory='/'):
 
 def started(command, domain, directory):
     if command.startswith('ros2 launch'):
-        # On an overloaded machine, a node may need more than five seconds to end.
+        # On an overloaded machine, a node may need more than five seconds to exit.
         command += ' view:=none sigterm_timeout:=120'
     return NodeProcess(['bash', '-c', f'cd {shlex.quote(str(directory))} && exec {command}'],
                        domain)
@@ -177,7 +177,7 @@ def arena(directory):
 
 @pytest.fixture(scope='module')
 def outcomes(tmp_path_factory):
-    """Run the commands on all pages, several at a time, and return a future for each command."""
+    """Run the commands on all pages, and return a future for each command."""
     futures = {}
 
     def check(domain, command):

@@ -59,7 +59,7 @@ def test_250_transforms_per_second(live):
 
 
 def test_fall_by_its_stamps(bench):
-    """Each transform matches the fall at its timestamp, even if the arena pauses."""
+    """The brick transforms match a free fall at their timestamps, even if the arena pauses."""
     assert bench.place(3.0, 4.0, 9.0).success
     bench.bricks.clear()
     bench.run(0.1)
@@ -85,7 +85,7 @@ def test_fall_by_its_stamps(bench):
 
 
 def test_place_and_drop_refuse_invalid_requests(bench):
-    """The response contains the reason for a refusal. The brick does not move."""
+    """If a request is refused, the response contains the reason and the brick does not move."""
     refusals = [(bench.place(*location), why) for location, why in (
         ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'), ((-1e19, 1.0, 1.0), '-1e+19'))]
     assert bench.world.brick == PARAMETERS.brick_start

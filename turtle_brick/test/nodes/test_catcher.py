@@ -68,7 +68,7 @@ class Bench(SteppedGraph):
 
 
 def test_unreachable_and_reachable_brick(live, capfd):
-    """The first brick falls while there is no robot. The second brick is caught."""
+    """The first brick falls before a robot subscribes to goals. The second brick is caught."""
     bench = Bench(live)
     markers = live.record('catcher_marker', Marker)
     states = live.record('catcher_state', String, LATCHED)

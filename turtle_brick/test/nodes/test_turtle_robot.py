@@ -57,7 +57,7 @@ def assert_100_hz(live, recordings):
 
 
 def test_all_outputs_have_100_hz_at_rest_and_in_motion(live):
-    """Odometry messages contain the latest velocity command and the robot's pose in odom."""
+    """Odometry messages contain the latest velocity command and the pose in the odom frame."""
     live.add_turtlesim()
     live.add_robot()
     poses = live.record('turtle1/pose', TurtlePoseMessage)
@@ -127,7 +127,7 @@ def test_goals_in_each_frame(robot):
 
 
 def test_invalid_messages_are_ignored_with_a_warning(live, warned):
-    """Invalid messages have no effect. A goal outside the arena is moved to the edge."""
+    """Invalid messages have no effect. A goal outside the arena is clamped to its edge."""
     robot = live.add_robot()
     robot.on_pose(TurtlePoseMessage(x=8.0, y=2.0))
     robot.on_tilt(Tilt(angle=0.5))

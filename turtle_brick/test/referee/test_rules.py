@@ -38,7 +38,7 @@ from visualization_msgs.msg import Marker
 import xacro
 
 BEGIN = 1_800_000_000 * NS_PER_SECOND
-"""Start time (ns) of all simulated records."""
+"""Time (ns) that corresponds to 0 s in all simulated records."""
 
 PARAMETERS = load()
 NUMBERS = Profile.from_parameters(PARAMETERS).numbers
@@ -246,13 +246,13 @@ def judge(record, *names):
 
 
 def shift(record, frame, seconds, way, axis=0):
-    """Shift a frame along an axis by `way` (m) during the 0.03 s after `seconds`."""
+    """Shift a frame by `way` (m) along an axis during the 0.03 s after `seconds`."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
         sample.pose.position[axis] += way
 
 
 def change(record, topic, seconds, field, way):
-    """Add a number to a field of the first message on a topic after a given time (s)."""
+    """Add a number to a field of the first message received on a topic after a given time (s)."""
     message = record.messages(topic, at(seconds))[0].message
     *parts, last = field.split('.')
     for part in parts:

@@ -75,7 +75,7 @@ def start(domain_id):
 
 
 def end_of(program):
-    """Return a program's exit status and stderr lines, except errors logged by rcl."""
+    """Return a program's exit status and its stderr lines without errors logged by rcl."""
     _, errors = program.communicate(timeout=600)
     return program.returncode, [
         line for line in errors.splitlines() if not line.startswith('[ERROR]')]

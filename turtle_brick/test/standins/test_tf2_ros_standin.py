@@ -42,7 +42,7 @@ REAL_HASHES = json.loads((DATA / 'type_hashes.json').read_text())
 
 CACHE_TIME = {'single_and_cache_expiry': 2.0,
               **{script['name']: script['cache_time'] for script in RANDOM}}
-"""Recorded cache times (s) other than the default of 10 s."""
+"""Cache time (s) of each recording that does not use the default of 10 s."""
 
 LATEST = Time()
 

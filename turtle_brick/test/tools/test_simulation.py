@@ -33,7 +33,7 @@ from turtle_brick.tools.simulation import Delays, SimulatedDrop, Simulation
 
 STEP = 0.004
 
-# Delays as in the live graph but without jitter, and longer delays with jitter.
+# The delays in the live graph without jitter, and longer delays with jitter.
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
@@ -129,7 +129,7 @@ def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
 
 @pytest.mark.parametrize('delays', DELAYS)
 def test_command_latency_is_neither_too_short_nor_too_long(delays):
-    """The maximum simulated latency of a command is 0 to 25 ms shorter than command_latency."""
+    """The parameter command_latency exceeds the maximum simulated latency by 0 to 25 ms."""
     random = Random(f'{delays}')
     latencies = []
     for seed in range(50):

@@ -138,7 +138,7 @@ def test_the_exit_status_is_1_after_a_broken_guarantee(tmp_path, capsys, monkeyp
 
 
 def test_figures_are_drawn(tmp_path, drops, caught):
-    """The figures can show every outcome of a drop. The sweep draws no map for a moving robot."""
+    """The figures show every outcome of a drop. No map is drawn for a moving robot."""
     missed = caught._replace(result=caught.result._replace(caught=False))
     unseen = caught._replace(result=caught.result._replace(decision=None, caught=False))
     sweep.draw([simulate_drop(PARAMETERS, 0, 1, (2.0, 3.0, 0.5), moving=True)], PARAMETERS,
@@ -191,7 +191,7 @@ def test_invalid_options_give_one_sentence(args, words, tmp_path, capsys, monkey
 
 
 def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
-    """Until they are interrupted, two workers write the same rows as one worker."""
+    """The rows written by two workers before Ctrl-C match those written by one worker."""
     options = '--drops 1000000 --workers 2 --height 2 9 --seed 5 --no-figures --output'
     with Process([sys.executable, '-m', 'turtle_brick.tools.sweep', *options.split(),
                   str(tmp_path)]) as process:
@@ -199,7 +199,7 @@ def test_ctrl_c_keeps_the_finished_drops(tmp_path, drops):
         while not table.exists() or table.read_bytes().count(b'\n') < 22:
             assert monotonic() < deadline
             Event().wait(0.05)
-        # Ctrl-C in a terminal sends SIGINT to every process in the group.
+        # Ctrl-C in a terminal sends SIGINT to every process in the foreground group.
         os.killpg(process.pid, signal.SIGINT)
         assert process.wait(300.0) == 0
     rows, _ = read(table)

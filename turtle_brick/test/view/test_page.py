@@ -288,7 +288,7 @@ def test_invalid_messages_are_ignored_with_one_warning_each(bench):
 
 
 def test_objects_that_move_together_are_drawn_at_the_same_time(bench):
-    """Transforms of the robot (100 Hz), platform (100 Hz) and brick (250 Hz) arrive separately."""
+    """Transforms of the robot and platform (100 Hz) and the brick (250 Hz) arrive separately."""
     bench.send_transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
     bench.send_brick(Phase.RIDING)
     position = (0.3, -0.2, 0.1)

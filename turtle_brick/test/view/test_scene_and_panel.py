@@ -24,7 +24,7 @@ import numpy
 import pytest
 from turtle_brick.core.geometry import from_yaw, Pose
 
-# If the whole module were skipped, launch_testing's plugin would also skip other modules.
+# A module-level skip would make the launch_testing plugin skip other modules too.
 if find_spec('viser') is not None:
     from graph_view.panel import Panel, parse_position
     from graph_view.scene import Scene

@@ -33,7 +33,7 @@ from turtle_brick.tools.graph import executable
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker, MarkerArray
 
-# If the whole module were skipped, launch_testing's plugin would also skip other modules.
+# A module-level skip would make the launch_testing plugin skip other modules too.
 if viewer.find_spec('viser') is not None:
     from graph_view.server import check_address
 

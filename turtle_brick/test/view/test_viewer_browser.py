@@ -95,7 +95,7 @@ class Page(Chromium):
                 return
 
     def catch_brick(self, position):
-        # On a busy machine, the catcher refuses some reachable bricks, or the robot is late.
+        # On a busy machine, the catcher may refuse reachable bricks, or the robot may be late.
         for _ in attempts('the robot caught no brick'):
             self.enter_position(position, 'the brick hovers at', button='Place')
             # Wait until the robot is below the brick.

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the website, the script that builds it, and the pages of the referee in a browser."""
+"""Test the website, its build script and the referee's pages in a browser."""
 
 from collections.abc import Iterator
 import json
