@@ -51,8 +51,8 @@ def generate_launch_description():
                     Command(['xacro "', PathJoinSubstitution(
                         [FindPackageShare('turtle_brick'), 'urdf', 'turtle.urdf.xacro']), '"'],
                             on_stderr='warn'), value_type=str),
-                # Without this setting, transforms are up to 50 ms late, and a joint state with a
-                # timestamp in the future blocks all later joint states.
+                # Without ignore_timestamp, transforms are up to 50 ms late, and a joint state with
+                # a timestamp in the future blocks all later joint states.
                 'ignore_timestamp': True,
             }]),
         Node(
@@ -66,7 +66,7 @@ def generate_launch_description():
         Node(
             package='rviz2',
             executable='rviz2',
-            # A relative rviz_config is resolved against this directory.
+            # rviz2 resolves a relative rviz_config against its working directory.
             cwd=FindPackageShare('turtle_brick'),
             arguments=['-d', LaunchConfiguration('rviz_config')],
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),

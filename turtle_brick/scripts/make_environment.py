@@ -18,8 +18,8 @@ The first argument selects the ROS installation. `native` uses the sourced insta
 installs ROS from Python wheels. The second argument selects the packages to build. `ros` builds
 only the stand-ins, and `packages` also builds the packages in this workspace.
 
-The script setup_shell.bash runs this program and then sources the setup files in `.ros`. This
-directory contains the following items:
+The script setup_shell.bash runs this program and then sources the setup files in `.ros`. The
+directory `.ros` contains the following items:
 
 - `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
   Jazzy messages. `venv` is also a ROS prefix whose `local_setup.bash` sets environment variables.
@@ -95,7 +95,7 @@ BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
 
 
 class SetupError(Exception):
-    """Failure of the setup, with a message that suggests a remedy."""
+    """Setup failure whose message suggests a remedy."""
 
 
 def report(text: str, end: str = '\n') -> None:
@@ -107,7 +107,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
     """
     Run a command and report its progress.
 
-    :raises SetupError: if the command failed; its output is printed, and the message is `failed`
+    :raises SetupError: with the message `failed` if the command fails, after printing its output
     """
     start, output = time.monotonic(), ''
 
@@ -126,7 +126,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
                 show(line.strip())
             process.wait()
         finally:
-            process.kill()  # The process is still running if this program was interrupted.
+            process.kill()  # An interrupt leaves the command running.
             show('', end='\n')
     if process.returncode:
         report(output.rstrip())

@@ -151,7 +151,7 @@ class Arena(Node):
         """
         Execute all physics steps due by `now` (ns), and return a brick transform for each step.
 
-        :param start: time (ns) of the first step after the clock starts or jumps
+        :param start: time (ns) of the first step if the step clock starts or restarts
         """
         # A riding brick is simulated one step ahead so that its latest transform is never older
         # than the latest transform of the platform.
@@ -160,7 +160,7 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # A newly released brick stays still, so that `drop` responds before the fall begins.
+            # A newly released brick stays still in this call, so `drop` responds before the fall.
             if not self.just_released:
                 self.world.step()
             transforms.append(self.brick_transform(time))
@@ -210,7 +210,7 @@ def brick_marker(phase: Phase, size: Vector) -> Marker:
 
 
 def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
-    """Return the shell commands to place the brick at a location (m, world frame) and drop it."""
+    """Return shell commands that place the brick at a location (m, world frame) and drop it."""
     x, y, z = location
     return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
             f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',

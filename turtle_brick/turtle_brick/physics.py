@@ -46,7 +46,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Tolerance (m) for a brick that starts to fall at its resting height."""
+"""Height tolerance (m) that lets a brick released at its resting height land."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal of a platform that supports a brick."""

@@ -202,7 +202,7 @@ class TurtleRobot(Node):
         self.odom_publisher.publish(self.odometry)
 
     def pose_of_frame(self, name: str) -> Pose | None:
-        """Return the pose of world, odom or base_link in world, or None if the pose is unknown."""
+        """Return the pose of world, odom or base_link in the world frame, or None if unknown."""
         origin, pose = self.odometer.origin, self.odometer.pose
         if name == WORLD:
             return upright(Pose2D(0.0, 0.0, 0.0))

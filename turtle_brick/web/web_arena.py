@@ -77,7 +77,7 @@ class WebArena:
                                              upper=self._valid_limit(name, rule.upper))
 
     def _valid_limit(self, name: str, limit: float) -> float:
-        """Return the value nearest to a parameter's limit that the robot description accepts."""
+        """Move a parameter's limit to the nearest value that the robot description accepts."""
         valid, invalid, tried = self.defaults[name], limit, limit
         for _ in range(10):
             try:

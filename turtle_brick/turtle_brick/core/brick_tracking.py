@@ -17,7 +17,7 @@ Track the motion of the brick from a sequence of positions.
 
 `Fall` describes a free fall without drag, and `FallDetector` distinguishes a fall from other
 motions. `BrickTracker` also records whether the brick has landed on the platform, and measures the
-time for which the brick has been still. All timestamps (ns) come from the same clock.
+time since the brick last moved. All timestamps (ns) come from the same clock.
 """
 
 from collections import deque
@@ -72,7 +72,7 @@ class FallDetector:
     Detect free fall in a sequence of positions.
 
     A fall is detected when three consecutive positions lie on a vertical line and the acceleration
-    between them matches gravity. At 250 positions per second, the detection takes 8 ms.
+    between them matches gravity. At 250 positions per second, detection takes 8 ms.
     """
 
     ACCELERATION_TOLERANCE = 0.1

@@ -38,7 +38,7 @@ UPDATE_PERIOD = 0.02
 """Update period (s) of the catcher. Each new fall triggers an additional update."""
 
 CENTER = (ARENA_CENTER, ARENA_CENTER)
-"""Center (m) of the arena. The robot carries the bricks to this point."""
+"""Center (m) of the arena, to which the robot carries the bricks."""
 
 RAMP_TIME = 0.5
 """Time (s) that the platform takes to tilt or to return to level."""
@@ -71,7 +71,7 @@ DRIVING_STATES = (State.APPROACHING, State.CARRYING)
 
 
 class Observation(NamedTuple):
-    """Snapshot of everything that the catcher's next state depends on."""
+    """Observed values that determine the next state of the catcher."""
 
     state_time: float = 0.0
     """Time (s) that the catcher has spent in its current state."""
@@ -171,7 +171,7 @@ class Catcher:
         self._goal = CENTER
         """Last goal (m) of the robot in the world frame."""
         self._tilt_angle = self._ramp_start = 0.0
-        """Last commanded platform angle (rad), and this angle at the start of the tilt ramp."""
+        """Last commanded platform angle (rad), and the angle at the start of the tilt ramp."""
 
     @property
     def undecided_fall(self) -> Fall | None:

@@ -15,13 +15,13 @@
 """
 Drive the turtle at full speed and stop it at its goal.
 
-turtlesim queues up to seven commands and takes the oldest command every 16 ms. Commands at 100 Hz
+turtlesim queues up to seven commands and executes the oldest one every 16 ms. Commands at 100 Hz
 keep turtlesim's queue full, so a command first affects a pose 61 to 77 ms after its publication. A
 controller that used only the latest pose would overshoot and oscillate.
 
-`Driver` is therefore a Smith predictor (Smith, 1957) with a constant delay. It predicts the
-turtle's position from the latest pose and from all commands that this pose does not reflect yet.
-It then computes the next command for the predicted position.
+`Driver` is therefore a Smith predictor (Smith, 1957) with a constant delay. `Driver` predicts the
+turtle's position from the latest pose and from all commands that this pose does not reflect yet,
+and computes the next command for the predicted position.
 
 All times (s), including those passed by the caller, come from the same monotonic clock.
 """
@@ -126,7 +126,7 @@ def braking_loss(radius: float, max_velocity: float) -> float:
     Return the time (s) that braking adds to a drive that ends within `radius` (m) of the goal.
 
     Without braking, the drive would take (distance - radius) / max_velocity. The robot brakes in
-    the last max_velocity * BRAKING_TIME meters, usually only after it has come within `radius`.
+    the last max_velocity * BRAKING_TIME meters, which usually lie within `radius` of the goal.
     """
     braking_distance = max_velocity * BRAKING_TIME
     if radius >= braking_distance:

@@ -32,7 +32,7 @@ Color = tuple[float, float, float, float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 MAX_COORDINATE = 1e9
-"""Maximum valid coordinate (m). This limit keeps all products of coordinates finite."""
+"""Maximum valid coordinate (m), which keeps all products of coordinates finite."""
 
 
 class Pose(NamedTuple):
@@ -107,7 +107,7 @@ def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: 
     """
     Return the distance (m) from the origin to a rectangle, or 0 if the origin is inside.
 
-    The rectangle is centered at (x, y) (m), and its `length` (m) is along the heading `yaw` (rad).
+    The rectangle is centered at (x, y) (m), with `length` (m) along the heading `yaw` (rad).
     """
     c, s = cos(yaw), sin(yaw)
     along = abs(c * x + s * y) - length / 2.0

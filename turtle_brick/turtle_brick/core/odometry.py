@@ -69,5 +69,5 @@ class Odometer:
         if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # A lost pose lengthens `path`, and a wall shortens it.
+        # `path` covers several ticks after a lost pose, and is shorter than commanded at a wall.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius

@@ -63,7 +63,7 @@ class Parameters:
         """
         Create parameters from a mapping, and ignore additional keys.
 
-        :raises ParameterError: if a value is missing or invalid, or a name is misspelled
+        :raises ParameterError: if a parameter is missing, misspelled or invalid
         """
         names = [field.name for field in fields(cls)]
         missing = [name for name in names if name not in mapping]

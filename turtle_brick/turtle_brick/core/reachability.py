@@ -62,7 +62,7 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Time (s) by which the robot arrives before the brick lands."""
+        """Time (s) from the robot's arrival to the brick's landing (negative if too late)."""
         return self.available - self.needed
 
     @property
@@ -90,10 +90,10 @@ def drive_time(distance: float, parameters: Parameters) -> float:
     Return the time (s) from a decision until the platform is under a brick.
 
     If all nodes run on one machine, the command latency is at most 0.11 s. Transporting three
-    messages (goal, pose and transform) takes 1.2 ms. Waiting for turtle_robot's next cycle and
-    next transform takes up to 10 ms each. turtlesim's queue delays a command by up to 76.4 ms (one
-    transport, six newer commands and one tick). The remaining 12.4 ms cover the wait for the
-    next physics step and delays of the operating system. Leveling the platform takes less than 0.11 s.
+    messages (goal, pose and transform) takes 1.2 ms. The waits for turtle_robot's next cycle and
+    next transform take up to 10 ms each. turtlesim's queue delays a command by up to 76.4 ms (one
+    transport, six newer commands and one tick). The remaining 12.4 ms cover the wait for the next
+    physics step and operating system delays. Leveling the platform takes less than 0.11 s.
 
     :param distance: horizontal distance (m) from the platform axis to the brick
     """

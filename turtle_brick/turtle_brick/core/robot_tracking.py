@@ -28,7 +28,7 @@ from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 REST_TIME = 0.07
-"""Time (s) without motion after which the robot is considered to be at rest. This time exceeds
+"""Time (s) without motion after which the robot is considered to be at rest. REST_TIME exceeds
 four turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05

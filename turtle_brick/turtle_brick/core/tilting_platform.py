@@ -33,7 +33,7 @@ class Platform:
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the platform's unit vectors in the world frame. The hinge is along the y axis."""
+        """Return the platform axes (unit vectors, world frame). The hinge is along the y axis."""
         return axes(self.pose.orientation)
 
     @cached_property
@@ -46,7 +46,7 @@ class Platform:
     def is_level(self) -> bool:
         """Whether the platform is level. A brick can land only on a level platform."""
         x, y, _, _ = self.pose.orientation
-        # x^2 + y^2 is the squared sine of half the inclination.
+        # In a unit quaternion, x^2 + y^2 is the squared sine of half the inclination.
         return x * x + y * y < (LEVEL_TOLERANCE / 2.0) ** 2
 
     def coordinates_of(self, point: Vector) -> tuple[float, float]:

@@ -18,7 +18,7 @@ Start and shut down a node process.
     with init(args):
         spin(Arena())
 
-The signal handlers of rclpy are not used because they can end the context during a callback.
+The signal handlers of rclpy are not used because they can shut down the context during a callback.
 """
 
 from collections.abc import Iterator

@@ -38,8 +38,8 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS for infrequent messages that late-joining subscribers must also receive."""
 
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""QoS for state subscriptions. A lost message does not delay later messages. At 450 messages per
-second, the queue holds the messages received in 0.2 s."""
+"""QoS for state subscriptions. With best effort, a lost message does not delay later messages. The
+queue of 100 messages holds 0.2 s of traffic at 450 messages per second."""
 
 MAX_AGE_NS = 500_000_000
 """Age (ns) beyond which the transform of a moving frame is ignored."""
@@ -99,7 +99,7 @@ def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped |
     Return the latest transform from world to a moving frame.
 
     :param now: current time (ns)
-    :return: transform, or None if the transform is unknown or older than MAX_AGE_NS
+    :return: transform, or None if unknown, too old (MAX_AGE_NS) or too far ahead (MAX_AHEAD_NS)
     """
     transform = latest_transform(buffer, frame)
     if transform is None:

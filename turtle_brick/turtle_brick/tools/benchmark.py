@@ -132,7 +132,7 @@ def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the node processes that a launch process started, keyed by executable name."""
     return {Path(word).name: process for process in launch.children(recursive=True)
-            for word in process.cmdline()[:2]  # The first word may be the interpreter.
+            for word in process.cmdline()[:2]  # An interpreter may come before the executable.
             if Path(word).name in NODES}
 
 
@@ -170,7 +170,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
     with Process(LAUNCH) as launch:
         with NodeSpinner(make_observer) as spinner:
             connect(spinner)
-            spinner.spin_for(WARM_UP_TIME)  # Starting the graph takes additional processor time.
+            spinner.spin_for(WARM_UP_TIME)  # Do not measure the startup of the graph.
         nodes = graph_processes(psutil.Process(launch.pid))
         print('Measuring the idle graph', file=sys.stderr, flush=True)
         found: dict[str, Any] = {'idle': processor_usage(nodes, lambda: sleep(seconds))}

@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a random brick position (m) between two fractions of the guaranteed distance."""
+    """Return a brick position (m) at `nearest` to `farthest` times the guaranteed distance."""
     robot = client.robot_position()
     assert robot is not None
     while True:

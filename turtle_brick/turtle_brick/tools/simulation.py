@@ -257,7 +257,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def distance(self) -> float:
-        """Return the horizontal distance in meters from the robot to the brick before its fall."""
+        """Return the horizontal distance in meters from the robot to the brick at the release."""
         return dist(self.result.brick[:2], self.result.robot)
 
     @property
@@ -267,7 +267,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """Return the margin of the catcher's decision in seconds, or None without a decision."""
+        """Return the decision's margin in seconds, or None if the catcher did not decide."""
         return self.result.decision.margin if self.result.decision else None
 
     @property
@@ -280,7 +280,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def broken_guarantee(self) -> str:
-        """Return a description of the broken guarantee, or an empty string if none was broken."""
+        """Return a description of the guarantee that the drop broke, or an empty string."""
         if self.outcome == 'missed':
             return 'reported as reachable, but not caught'
         if self.outcome == 'refused' and self.within_guarantee:

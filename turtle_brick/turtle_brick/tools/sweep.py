@@ -159,7 +159,7 @@ def run(options: argparse.Namespace, parameters: Parameters, plan: Plan) -> list
 
 
 def draw(drops: Sequence[SimulatedDrop], parameters: Parameters, directory: Path) -> None:
-    """Write a figure of one drop and, for a robot at rest, a map of the arena to a directory."""
+    """Plot one drop and, unless the robot was moving, a map of the arena."""
     from turtle_brick.tools import plots  # The workers do not need matplotlib.
     drop = drop_to_draw(drops)
     plots.one_drop(trace(parameters, drop), drop, parameters, directory / 'drop.png')

@@ -32,7 +32,7 @@ class SentCommand(NamedTuple):
     """A command sent to turtlesim, with times in s."""
 
     published: float
-    latency: float  # Time from publication until a pose reflects this command or a newer one.
+    latency: float  # Time from publishing a command until a pose reflects it or a newer one.
     applied: bool
 
 

@@ -46,7 +46,7 @@ WORST_DELAYS = (
 
 
 def guaranteed_latency(parameters: Parameters) -> float:
-    """Return the assumed maximum time (s) between the release and the robot's first motion."""
+    """Return the assumed maximum time (s) from a brick's release to the robot's first motion."""
     return DETECTION_TIME + parameters.command_latency
 
 
