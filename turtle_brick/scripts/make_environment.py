@@ -162,7 +162,7 @@ def folder_fingerprint(folder: Path) -> str:
 
 
 def read_record() -> dict[str, str]:
-    """Return the recorded fingerprints, or an empty dict if the record is missing or invalid."""
+    """Return the recorded fingerprints, or {} if there is no valid record."""
     try:
         return json.loads(RECORD.read_text())
     except (OSError, ValueError):
@@ -170,7 +170,7 @@ def read_record() -> dict[str, str]:
 
 
 def write_record(made: dict[str, str]) -> None:
-    """Write the fingerprints to the record file."""
+    """Record the fingerprints of the environment and its packages."""
     RECORD.write_text(json.dumps(made, indent=1, sort_keys=True) + '\n')
 
 

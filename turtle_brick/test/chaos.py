@@ -18,7 +18,7 @@ Test whether the graph recovers from killed nodes, frozen nodes and random messa
     python3 turtle_brick/test/chaos.py kills [PATTERN]    each fault in each node at each stage
     python3 turtle_brick/test/chaos.py messages [COUNT]   random messages on topics and services
 
-The graph must recover by itself after each fault and after every thousand messages. Then the
+The graph must recover by itself after each fault and after every 1000 random messages. Then the
 robot must catch a nearby brick and tip it off at the arena's center. A failure ends the program.
 """
 

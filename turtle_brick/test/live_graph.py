@@ -62,7 +62,7 @@ CALM_TIMEOUT = 5.0
 """Time (s) after which LiveGraph.rates() stops repeating interrupted measurements."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
-"""A short referee program whose second brick the robot can catch even on a busy machine."""
+"""Requests of a short trial. Even on a busy machine, the robot can catch the second brick."""
 
 
 class Recording:

@@ -103,11 +103,11 @@ class World:
         """Number of steps since the start of the fall."""
 
         self._slide_position: tuple[float, float] = (0.0, 0.0)
-        """x and y coordinates (m) of the riding brick in the platform frame."""
+        """x and y coordinates (m), in the platform frame, of the brick on the platform."""
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
-        """Velocity (m/s) of the riding brick along the x and y axes of the platform frame."""
+        """Velocity (m/s, in the platform frame) of the brick on the platform, along x and y."""
         self._relative_yaw = 0.0
-        """Yaw (rad) of the riding brick relative to the yaw of the platform's hinge."""
+        """Yaw (rad) of the brick on the platform, relative to the yaw of the platform's hinge."""
         self.brick = brick
 
     @classmethod
@@ -193,7 +193,7 @@ class World:
         """
         Release the brick so that it starts to fall in the next step.
 
-        :raises ValueError: if the brick is neither hovering nor floating
+        :raises ValueError: if the phase is neither HOVERING nor FLOATING
         """
         if self._phase is Phase.FALLING:
             raise ValueError('the brick is already falling')

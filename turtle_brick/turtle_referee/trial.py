@@ -53,7 +53,7 @@ class PlannedDrop(NamedTuple):
     """Parameters from which the starting position of a drop is computed."""
 
     description: str
-    direction: float  # Direction (turns) from the arena center.
+    direction: float  # Direction (in full turns) from the arena center to the brick.
     driving_time: float  # Time (s) that the robot needs to reach the brick at full speed.
     spare_time: float  # Fall time (s) minus driving time (s).
 
@@ -96,7 +96,7 @@ class Trial(GraphClient):
             self.end = monotonic() + TIME_LIMIT
             self.rest()
             self.drive()
-            # This drop leaves a brick on the ground, whose angle must also follow the platform.
+            # After this drop, the brick on the ground must follow the angle of the platform.
             self.drop_all(self.program.drops[:1])
             self.tilt()
             self.drop_all(self.program.drops[1:])

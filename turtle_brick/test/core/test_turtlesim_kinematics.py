@@ -16,7 +16,8 @@ Test turtlesim_kinematics with examples and with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
 times of the commands are known only to within a few milliseconds. The test therefore tries every
-possible order of commands, calls and ticks. One order must reproduce every pose exactly.
+possible order of commands, calls and ticks. One order must reproduce every recorded pose
+exactly.
 """
 
 from bisect import bisect_left, bisect_right

@@ -287,7 +287,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Move the drop response to `seconds` after the release. Omit `missing` brick transforms."""
+    """Set the drop response time to `seconds` after the release, and omit some transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test the sweep's table, figures, command line and check of the guarantees."""
+"""Test the table, figures, command line and guarantee checks of the sweep."""
 
 import csv
 from dataclasses import replace

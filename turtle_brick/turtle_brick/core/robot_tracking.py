@@ -67,7 +67,7 @@ class RobotTracker:
         self._goal_time = self._tilt_time = -inf
         """Times (ns) of the last goal and of the last tilt command other than 0 rad."""
         self._awaited_goal_time: int | None = None
-        """Time (ns) of a goal that a robot at rest has yet to respond to, or None."""
+        """Publication time (ns) of the last goal if the robot has not started to move, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
         """Record the platform at a given time (ns), or None if the robot is unavailable."""

@@ -33,7 +33,7 @@ class Platform:
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the platform axes (unit vectors, world frame). The hinge is along the y axis."""
+        """Return the unit vectors of the platform in the world frame. The hinge is along y."""
         return axes(self.pose.orientation)
 
     @cached_property

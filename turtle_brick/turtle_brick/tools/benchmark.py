@@ -149,7 +149,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the graph during two idle periods (`seconds` each) and `drop_count` drops."""
+    """Measure the load and delays in two idle periods (`seconds` each) and `drop_count` drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

@@ -65,7 +65,7 @@ _signals: list[int] = []
 
 
 class GraphNode(Node):
-    """The node of a command, which stops spinning after Ctrl-C or SIGTERM."""
+    """A node for one command. The node stops spinning after Ctrl-C or SIGTERM."""
 
     def __init__(self, name):
         """Create the node, which is hidden unless a name is given."""

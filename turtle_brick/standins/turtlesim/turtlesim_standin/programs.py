@@ -105,7 +105,8 @@ class TeleopKey(Program):
                 self.drive(linear * self.get_parameter('scale_linear').value,
                            angular * self.get_parameter('scale_angular').value)
             elif key in b'gbvcdertf':
-                self.get_logger().warning('this stand-in for turtlesim does not support rotate_absolute')
+                self.get_logger().warning(
+                    'this stand-in for turtlesim does not support rotate_absolute')
 
     def destroy_node(self) -> None:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._terminal)
