@@ -40,6 +40,8 @@ DISCOVERY_PERIOD = 0.5
 MAX_LOAD = 95.0
 """Processor load (%) at or above which the observed nodes may be delayed."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
+UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
+"""Node name of a publisher whose node has not been discovered yet."""
 
 
 def load_type(name: str) -> Any:
@@ -198,7 +200,8 @@ class Observer(Node):
             if not infos:
                 continue
             record.publishers.setdefault(topic, set()).update(
-                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos)
+                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos
+                if info.node_name != UNKNOWN_NODE)
             qos = [info.qos_profile for info in infos]
             # A subscription receives messages only from publishers with compatible QoS.
             reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)

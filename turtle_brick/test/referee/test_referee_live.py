@@ -73,6 +73,8 @@ def test_unusual_names_and_types_are_recognized(domain_id):
     with Graph(domain_id, quiet=True) as graph:
         nodes = [graph.add(Unusual, '-r', f'__node:={name}', parameters=False)
                  for name in ('unusual', 'second')]
+        # The middleware reports this name for a publisher until it has discovered the node.
+        graph.add(Node, parameters=False, node_name='_NODE_NAME_UNKNOWN_')
         observer = graph.add(Observer, parameters=False)
         client = GraphClient(graph, observer)
         graph.spin_until(lambda: all(observer.count_services(f'arena/{name}') == 2
@@ -82,6 +84,8 @@ def test_unusual_names_and_types_are_recognized(domain_id):
         graph.spin_until(lambda: observer.send_goal(4.0, 5.0) and all(
             any(isinstance(one, Point) for one in node.received) for node in nodes),
             TIMEOUT, 'goals')
+        publishers = observer.record.publishers
+        graph.spin_until(lambda: len(publishers.get('/rosout', ())) > 1, TIMEOUT, 'publishers')
         assert not observer.send_tilt(0.5)
     place, drop, goal = nodes[0].received[:3]
     position = place.start.pose.position
@@ -89,6 +93,7 @@ def test_unusual_names_and_types_are_recognized(domain_id):
     assert (drop.linear, goal.x, goal.y) == (pytest.approx(NUMBERS['gravity_accel']), 4.0, 5.0)
     assert all(request.accepted for request in requests)
     assert 'assumed: goal_pose is /goal (geometry_msgs/msg/Point)' in observer.record.notes
+    assert publishers['/rosout'] == {'/unusual', '/second'}
     assert observer.record.unclear == {'tilt': 'the type of /tilt_it has no suitable field'}
 
 
