@@ -281,8 +281,11 @@ def tilt_in_tf(record, angle):
     joint = model(record).joint('platform')
     record.tilts.append(Request(at(9.0), at(9.3), 0.3))
     add_transforms(record, 'base_link', 'odom', [(9.2, pose((0.0, 0.0, 0.0)))])
+    # By default, robot_state_publisher publishes every 50 to 60 ms. The last transform follows the
+    # next request.
     add_transforms(record, 'platform', joint.parent, [
-        (9.2, joint.origin.compose(Pose(numpy.zeros(3), turn(UPRIGHT[1], angle))))])
+        (now, joint.origin.compose(Pose(numpy.zeros(3), turn(UPRIGHT[1], tilt))))
+        for now, tilt in ((9.18, angle), (9.24, angle), (9.305, 0.0))])
     add_message(record, 'joint_states', JointState(name=[joint.name], position=[0.3]), 9.1)
 
 

@@ -27,8 +27,8 @@ from graph_client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
 from graph_client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
                                  SECONDS_PER_NS)
 import numpy
-from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
-                                       PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
+from turtle_referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest, NEAR,
+                                       number, Open, PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_clear, require_data, Rules,
                                        SAME_ANGLE, thin, within)
 
@@ -57,8 +57,6 @@ STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics simulation."""
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
 """Candidate delays (ns) between the platform motion and the brick motion."""
-BEFORE_NS = 100_000_000
-"""Interval (ns) between the last evaluated position of the brick and the next request."""
 LIFETIME = 3.0
 """Required lifetime (s) of the "Unreachable" marker."""
 LIFETIME_TOLERANCE = 0.3

@@ -23,8 +23,8 @@ from graph_client.geometry import angle_between, Array, CENTER, inclination, pos
 from graph_client.record import (Drive, Frame, message_rate, Received, Record, Sample,
                                  SECONDS_PER_NS, stamp_of)
 from turtle_referee.rules.robot_model import model
-from turtle_referee.rules.rule import (Failed, Finding, from_faults, largest, NEAR, number, Open,
-                                       PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
+from turtle_referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest, NEAR,
+                                       number, Open, PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
                                        require_accepted, require_clear, require_data, Rules,
                                        SAME_ANGLE, thin, within)
 
@@ -499,7 +499,7 @@ def platform_has_the_tilt(record: Record) -> Finding:
     for request in require_data(record.tilts, 'the platform was not tilted'):
         require_accepted(request)
         positions = record.joint(joint.name, request.begin, request.end)
-        stamp = request.end - 50_000_000
+        stamp = request.end - BEFORE_NS
         platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)
         if not positions or platform is None or base is None:
             raise Failed('the joint or the frame of the platform is not published')

@@ -35,6 +35,8 @@ NEAR = 0.01
 """Tolerance (m) for equal positions."""
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
+BEFORE_NS = 100_000_000
+"""Interval (ns) between the last evaluated pose of the brick or platform and the next request."""
 MAX_COUNT = 1000
 """Approximate maximum number of samples in one evaluation."""
 MET, FAILED, OPEN = '✔', '✗', '–'
