@@ -18,8 +18,8 @@ Test whether the graph recovers from killed nodes, frozen nodes and random messa
     python3 turtle_brick/test/chaos.py kills [PATTERN]    each fault in each node at each stage
     python3 turtle_brick/test/chaos.py messages [COUNT]   random messages on topics and services
 
-The graph must recover by itself after each fault and after every 1000 random messages. Then the
-robot must catch a nearby brick and tip it off at the arena's center. A failure ends the program.
+The graph must recover from each fault and every 1000 random messages. After each recovery, the
+robot must catch a brick and tip it off its platform at the arena center. A failure ends the test.
 """
 
 from collections.abc import Callable, Iterable
@@ -85,8 +85,8 @@ shared memory. A process that had been frozen for 2 s stopped receiving messages
 with shared memory, but never with UDP."""
 
 START_TIME = 1.5 if 'FASTRTPS_DEFAULT_PROFILES_FILE' in os.environ else 5.0
-"""Time (s) allowed for the discovery of a new process. DDS announces a process again after 3 s, or
-after 0.3 s with the project's DDS profile."""
+"""Time (s) allowed for the discovery of a new process. DDS repeats the announcement of a process
+every 3 s, or every 0.3 s with the project's DDS profile."""
 
 EASY_HEIGHT, EASY_DISTANCE, UNREACHABLE_HEIGHT = 20.0, 2.0, 12.0
 """Height (m) of a brick that is easy to catch, its maximum distance (m) from the robot, and height
@@ -233,8 +233,8 @@ class Scene(Graph):
             return self.is_level(1e-3) and self.client.distance_to(CENTER) < 0.05
 
         sender = self.add(Node, parameters=False, node_name='sender')
-        # Transient local publishers are compatible with all subscriptions. Topics with '/_' in
-        # their names belong to turtlesim's actions.
+        # Reliable, transient-local publishers are compatible with all subscriptions. Topics with
+        # '/_' in their names belong to turtlesim's actions.
         publishers = [
             sender.create_publisher(load_type(types[0]), name, subscription_qos(latched=True))
             for name, types in sender.get_topic_names_and_types()
@@ -249,7 +249,7 @@ class Scene(Graph):
             send(fill_randomly(kind(), self.random))
             self.spin_for(PERIOD)
         self.remove(sender)
-        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Wait for the latest accepted timestamp.
+        self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Let the clock pass all stored timestamps.
         self.restart_observer()
         self.wait_until(lambda: self.client.is_complete()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')

@@ -73,8 +73,8 @@ collect_ignore = [file for files in EXCLUDED.values() for file in files]
 
 def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config, 'workerinput'):
-        # Give each worker its own session, because Linux divides the processor time equally among
-        # sessions and each process that a test starts has its own session.
+        # Linux divides processor time equally among sessions. Workers in a common session would be
+        # slow, because each process that a test starts has its own session.
         os.setsid()
     # A background job in a shell script ignores SIGINT, and so do its child processes.
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -104,7 +104,7 @@ def pytest_report_header(config: pytest.Config) -> str:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Release the ROS domain and delete the logs."""
+    """Release the ROS domain of this test process and delete its ROS logs."""
     _session.close()
 
 

@@ -124,9 +124,9 @@ def drop_bricks(options: argparse.Namespace) -> int:
     """
     Drop bricks, and print each result and a row for the table in figures.md.
 
-    Bricks that are missed while this machine is overloaded do not count.
+    Bricks missed while this machine is overloaded do not count as drops.
 
-    :return: exit status (0 if every brick was caught or refused)
+    :return: exit status (0 if every counted brick was caught or refused)
     """
     random = Random(1)
     outcomes: Counter[str] = Counter()

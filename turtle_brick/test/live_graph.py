@@ -56,13 +56,13 @@ TIMEOUT = 120.0
 """Timeout (s) for events that occur immediately on an idle machine."""
 
 MAX_PAUSE = 0.015
-"""Maximum time (s) between two spins. During longer pauses, 100 Hz timers may skip calls."""
+"""Maximum pause (s) between two spins that does not cause 100 Hz timers to skip calls."""
 
 CALM_TIMEOUT = 5.0
 """Time (s) after which LiveGraph.rates() stops repeating interrupted measurements."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
-"""Requests of a short trial. Even on a busy machine, the robot can catch the second brick."""
+"""Requests of a short trial. Even on a busy machine, the robot can catch the IN_REACH brick."""
 
 
 class Recording:
@@ -141,8 +141,8 @@ class LiveGraph(Graph):
         """
         Measure the publication rate (Hz) of `count` messages in each recording.
 
-        A pause longer than MAX_PAUSE restarts the measurement in the first CALM_TIMEOUT seconds,
-        and sets `is_calm` to False later.
+        During the first CALM_TIMEOUT seconds, a pause longer than MAX_PAUSE restarts the
+        measurement. A later pause sets `is_calm` to False.
         """
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
                       'a message on each topic')

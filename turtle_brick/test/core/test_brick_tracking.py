@@ -197,7 +197,7 @@ other_falls = st.tuples(st.just(pi / 2.0), st.floats(0.1, 10.0),
 @law(40)
 @given(motion=slides | other_falls, spacing=intervals)
 def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
-    """At the maximum tilt_angle of 1.5 rad, the brick slides almost as fast as it falls."""
+    """At the maximum tilt_angle (1.5 rad), a brick slides almost as fast as it would fall."""
     slope, speed, factor = motion
     bench = DetectorBench(spacing)
     start = bench.now

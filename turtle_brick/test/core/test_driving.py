@@ -83,7 +83,7 @@ def test_driver_stops_near_its_goal_and_starts_again_farther_away(away, arrived)
 
 
 def test_stem_points_along_the_last_nonzero_command():
-    """For a turtle that faces north, a goal in the east is on the right."""
+    """For a turtle that faces north, a goal to the east is on its right."""
     driver = driver_to(9.0, pose=at(5.0, theta=pi / 2.0))
     driver.command(1.0)
     assert driver.stem_angle == pytest.approx(-pi / 2.0)

@@ -132,7 +132,7 @@ def test_file_that_is_not_yaml_or_cannot_be_read_is_reported(tmp_path):
 
 
 def test_pure_modules_import_neither_ros_nor_yaml():
-    """The website imports physics, core.catch_logic and core.odometry without ROS and PyYAML."""
+    """The website imports physics, core.catch_logic and core.odometry without ROS or PyYAML."""
     subprocess.run([sys.executable, '-c', """import sys
 sys.modules['rclpy'] = sys.modules['yaml'] = None
 import turtle_brick.physics, turtle_brick.core.catch_logic, turtle_brick.core.odometry"""],

@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test World with random input against closed forms and the referee's geometry module."""
+"""Test World with random input against closed-form solutions and graph_client.geometry."""
 
 from math import cos, floor, hypot, pi, sin, sqrt
 

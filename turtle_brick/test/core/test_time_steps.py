@@ -47,7 +47,7 @@ starts = st.integers(0, 2 ** 62)
        pauses=st.lists(st.floats(-1.0, 3.0) | st.sampled_from((-1.0, 1.0, 249.0, 500.0)),
                        max_size=30))
 def test_steps_are_neither_skipped_nor_repeated(start, period, pauses):
-    """Consecutive calls are at most GAP apart, and the clock is set back by at most one period."""
+    """The time passed to `due` is at most a period before and at most GAP after the last step."""
     clock, now = StepClock(period), start
     latest, steps = now, clock.due(now)
     for pause in pauses:

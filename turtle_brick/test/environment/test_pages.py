@@ -203,7 +203,7 @@ def outcomes(tmp_path_factory):
                 if not matching(command, [*NOT_RUN, *SKIPPED])]
     talking = [command for command in possible if re.match(REQUIRES_ARENA, command)]
     building = [command for command in possible if 'env.bash' in command]
-    check_all(building, 1, check_alone)  # The other commands require the complete build.
+    check_all(building, 1, check_alone)  # First run the commands that build the workspace.
     check_all([command for command in possible
                if command not in (ARENA, *talking, *building)], 3, check_alone)
     check_all([ARENA], 1, check_with_arena)

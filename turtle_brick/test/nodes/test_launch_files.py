@@ -87,7 +87,7 @@ for number, command in enumerate(sys.argv[1:]):
         sys.exit(status)
 """
 """Program that runs launch files and replaces Python's SIGINT handler. With Python's handler, the
-real launch packages did not exit in 6 of 120 runs."""
+program did not exit in 6 of 120 runs with the real launch packages."""
 
 CASES = {
     'show_turtle': {'robot_state_publisher', 'joint_state_publisher_gui', 'rviz2'},
@@ -96,7 +96,7 @@ CASES = {
         'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot'},
     'turtle_arena namespace:=alice rviz_config:=/tmp/own.rviz': {
         'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot', 'arena', 'catcher'}}
-"""Programs that each launch file starts with the given arguments."""
+"""Programs started by each combination of launch file and launch arguments."""
 
 
 @pytest.fixture(scope='module')

@@ -42,7 +42,7 @@ CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback)
 @pytest.mark.parametrize('output, expected', (
     (IMPORT_ERROR + DIED.format('catcher-3', 1), 'catcher crashed: ModuleNotFoundError: No module '
      "named 'nonsuch' (the environment lacks nonsuch)"),
-    (IMPORT_ERROR, ''),  # The catcher logged the error but did not exit.
+    (IMPORT_ERROR, ''),  # The catcher logged a traceback but did not exit.
     (DIED.format('arena-2', -11), 'arena crashed: exit status -11'),
     (DIED.format('arena-2', -2), ''),  # ros2 launch stopped this process.
     (f'{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n'

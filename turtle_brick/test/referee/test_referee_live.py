@@ -147,7 +147,7 @@ def test_a_reserved_domain_has_no_other_reservation_and_no_node():
         assert reserved == first
     lower, upper = LiveGraph(first), LiveGraph(first)
     with upper:
-        with lower:  # The end of `lower` frees the first DDS port of the domain.
+        with lower:  # Closing `lower` releases the first DDS port of the domain.
             pass
         with pytest.raises(DomainError, match='in use'), reserved_domain([first]):
             pass

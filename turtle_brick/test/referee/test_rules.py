@@ -54,7 +54,7 @@ DIRECTION = numpy.array((0.8, 0.6))
 """Unit vector in the robot's initial driving direction."""
 
 LEG = 0.7
-"""Duration (s) of each 1.5 m drive, including the stop."""
+"""Duration (s) of each 1.5 m drive, including the pause at its end."""
 
 URDF = xacro.process_file(str(Path(__file__).parents[2] / 'urdf/turtle.urdf.xacro'),
                           mappings={'params_file': str(default_path())}).toxml()
@@ -216,7 +216,7 @@ CORRECT = {
     'lean': 0.0,  # Inclination (rad) of the brick.
     'pull': 1.0,  # Factor applied to the acceleration of the sliding brick.
     'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the sliding brick.
-    'drift': 0.0}  # Speed (m/s) of the brick after sliding off.
+    'drift': 0.0}  # Speed (m/s) of the brick after it slides off the platform.
 """Values for a correct record."""
 
 PARTS = (drive, fall, tip)
@@ -246,7 +246,7 @@ def judge(record, *names):
 
 
 def shift(record, frame, seconds, way, axis=0):
-    """Shift a frame by `way` (m) along an axis during the 0.03 s after `seconds`."""
+    """Shift a frame by `way` (m) along an axis for 0.03 s from the time `seconds`."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
         sample.pose.position[axis] += way
 
@@ -290,7 +290,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Set the drop response time to `seconds` after the release, and omit some transforms."""
+    """Make `drop` respond `seconds` after the release, and omit the first fall transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))

@@ -365,7 +365,7 @@ def test_run_matches_recording(record, runs, files):
         found, text = (each.replace('\n', '').split('$STAMP') for each in (
             found.replace(log_dir.name, '$RUN'), text.replace('$HOME', '$WORK/home')))
         assert sorted(found) == sorted(text)
-    if record['name'].startswith('sigterm'):  # The real `launch` leaves its processes running.
+    if record['name'].startswith('sigterm'):  # SIGTERM ends the real `launch`, not its processes.
         assert not remaining
         for number in '12':
             assert f"sending signal 'SIGTERM' to process[wait-{number}]" in output

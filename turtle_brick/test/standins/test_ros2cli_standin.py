@@ -275,7 +275,7 @@ TOKENS = {
     'PREFIX': r'\S+',
     'GID': '[0-9a-f.]+',
 }
-"""Patterns for the placeholders in the recordings. All other placeholders stand for numbers."""
+"""Patterns for placeholders in the recordings, which stand for numbers by default."""
 
 
 def comparable(name, text):
@@ -317,7 +317,7 @@ def test_verb(name, open_graph_here, files, monkeypatch):
 
 
 MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
-"""Reception time (s) and number n of each message. It has 100 * n bytes and a delay of n ms."""
+"""Reception time (s) and delay n (ms) of each message, whose size is 100 * n bytes."""
 
 REPORTS = {
     messages.bandwidth_report: """
@@ -333,7 +333,7 @@ no new messages""",
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
-"""Output of the real `ros2` at 2 s and 3 s for MESSAGES and a window of 3 messages."""
+"""Reports of the real `ros2 topic` for MESSAGES at the times 2 s and 3 s (window: 3 messages)."""
 
 
 @pytest.mark.parametrize('report', REPORTS)

@@ -33,7 +33,7 @@ from turtle_brick.tools.simulation import Delays, SimulatedDrop, Simulation
 
 STEP = 0.004
 
-# The delays in the live graph without jitter, and longer delays with jitter.
+# Delays as in the live ROS graph but without timer jitter, and longer delays with jitter.
 DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
 
 
@@ -50,7 +50,7 @@ def random_parameters(random):
 
 
 def position_near_the_limit(random, simulation):
-    """Return a random brick position (m), usually near the guaranteed distance."""
+    """Return a random brick position (m), usually about the guaranteed distance from the robot."""
     parameters = simulation.parameters
     z = resting_height(parameters) + exp(random.uniform(log(0.3), log(12.0)))
     limit = guaranteed_distance(z, parameters)

@@ -66,7 +66,7 @@ def test_shapes_are_read_from_the_robot_description():
 
 
 def test_material_colors_are_those_of_urdfdom():
-    """A visual with an unnamed material and all later visuals of its link are ignored."""
+    """If a visual has an unnamed material, it and all later visuals of its link are ignored."""
     def visual(attributes, blue):
         return (f'<visual><geometry><sphere radius="1"/></geometry><material {attributes}>'
                 f'<color rgba="0 0 {blue} 1"/></material></visual>')
