@@ -93,7 +93,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send a goal position (m) and record the drive, or return None if sending is impossible."""
+        """Send a goal position (m) and record the drive, or return None if this is impossible."""
         if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.

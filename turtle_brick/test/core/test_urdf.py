@@ -127,7 +127,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
 
     cube_bottom, cube_top = -robot.extent('base_link', DOWN), robot.extent('base_link', UP)
     assert cube_top - cube_bottom >= min(0.025, wheel, radius)
-    for angle in (atan2(radius, thickness), *np.linspace(-pi, pi, 13)):
+    for angle in (atan2(radius, -thickness), *np.linspace(-pi, pi, 13)):
         assert -robot.extent('platform', DOWN, platform_joint=angle) > cube_top
     assert -robot.extent('post', DOWN) == pytest.approx(cube_top, abs=1e-9)
     assert robot.extent('stem', UP) == pytest.approx(cube_bottom, abs=1e-9)
