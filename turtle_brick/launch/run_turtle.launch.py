@@ -33,7 +33,7 @@ def generate_launch_description():
             'namespace', default_value='',
             description='The namespace of all nodes, topics and services, including TF.'),
         # The included file also sets the namespace of the nodes below. show_turtle.launch.py comes
-        # first because Ctrl-C does not stop running nodes while launch waits for xacro.
+        # first because, while launch waits for xacro, Ctrl-C does not stop nodes already started.
         IncludeLaunchDescription(
             PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
             launch_arguments=[('use_jsp', 'none')]),

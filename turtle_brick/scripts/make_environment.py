@@ -126,7 +126,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
                 show(line.strip())
             process.wait()
         finally:
-            process.kill()  # An interrupt leaves the command running.
+            process.kill()  # The command may still be running after a KeyboardInterrupt.
             show('', end='\n')
     if process.returncode:
         report(output.rstrip())
@@ -175,7 +175,7 @@ def write_record(made: dict[str, str]) -> None:
 
 
 def lock() -> None:
-    """Wait until no other process builds the workspace, and lock the workspace until exit."""
+    """Lock the workspace until this process exits, after waiting for any other build to end."""
     folder = os.open(TOP, os.O_RDONLY)
     try:
         fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)

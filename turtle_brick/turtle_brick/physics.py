@@ -29,8 +29,8 @@ platform or the ground. The assignment requires the brick to have the same incli
 platform at all times, even while it hovers.
 
 A brick lands on the platform if the brick's center is within the platform's radius. A sliding
-brick leaves the platform when its entire bottom is outside this radius, because the assignment
-requires the trailing edge to clear the platform.
+brick leaves the platform when the brick's entire bottom is outside the platform's radius, because
+the assignment requires the brick's trailing edge to clear the platform.
 """
 
 from enum import Enum
@@ -46,7 +46,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Height tolerance (m) that lets a brick released at its resting height land."""
+"""Height tolerance (m) that allows a brick to land after a release at its resting height."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal of a platform that supports a brick."""
@@ -103,11 +103,11 @@ class World:
         """Number of steps since the start of the fall."""
 
         self._slide_position: tuple[float, float] = (0.0, 0.0)
-        """x and y coordinates (m), in the platform frame, of the brick on the platform."""
+        """Position (x and y in m) of a riding brick in the platform frame."""
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
-        """Velocity (m/s, in the platform frame) of the brick on the platform, along x and y."""
+        """Velocity (x and y in m/s) of a riding brick in the platform frame."""
         self._relative_yaw = 0.0
-        """Yaw (rad) of the brick on the platform, relative to the yaw of the platform's hinge."""
+        """Yaw (rad) of a riding brick relative to the yaw of the platform's hinge."""
         self.brick = brick
 
     @classmethod

@@ -128,7 +128,7 @@ class WebArena:
         changed = {name for name, value in new.items() if value != self.form.get(name)}
         self.form = new
         if changed.intersection(ADJUSTABLE):
-            # The robot and the brick stay in place.
+            # The robot keeps its pose, and the brick returns to its last placed position.
             self.start(replace(self.parameters, **{name: values[name] for name in ADJUSTABLE}),
                        self.simulation.turtle.pose[:3])
         if changed & {'x', 'y', 'z'}:

@@ -31,7 +31,7 @@ POSITION_TOLERANCE = 1e-9
 """Maximum position error (m) caused by interpolation in tf2."""
 
 HEIGHT_TOLERANCE = 0.01
-"""Maximum difference (m) between the height of a brick on the platform and its resting height."""
+"""Maximum deviation (m) from the resting height at which a brick counts as on the platform."""
 
 
 class Fall(NamedTuple):
@@ -72,7 +72,7 @@ class FallDetector:
     Detect free fall in a sequence of positions.
 
     A fall is detected when three consecutive positions lie on a vertical line and the acceleration
-    between them matches gravity. At 250 positions per second, detection takes 8 ms.
+    computed from them matches gravity. At 250 positions per second, detection takes 8 ms.
     """
 
     ACCELERATION_TOLERANCE = 0.1
@@ -178,7 +178,7 @@ class BrickTracker:
                       and height_before > self._resting_height - HEIGHT_TOLERANCE
                       and fall.height(stamp, self._detector.gravity)
                       < self._resting_height + HEIGHT_TOLERANCE)
-        # This package's arena detaches a riding brick only if the platform's pose is unknown.
+        # In this package, a riding brick is a child of world only if the platform pose is unknown.
         was_detached = self._is_attached and not is_attached
         self.has_landed = (
             (is_attached or has_fallen or (self.has_landed and not was_detached))

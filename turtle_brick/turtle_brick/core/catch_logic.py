@@ -17,9 +17,9 @@ Compute goals and tilt commands to catch a brick, carry it, and tip it off the p
 
     WAITING --> APPROACHING --> CARRYING --> TILTING --> LEVELING --> WAITING
 
-`Catcher` records the transforms, and decides once per fall whether the brick is reachable.
-`Catcher` then computes its next state, and returns the goals and tilt commands to publish. All
-timestamps (ns) come from the same clock.
+`Catcher` records the poses of the brick and the platform, and decides once per fall whether the
+brick is reachable. `Catcher` then computes its next state, and returns the goals and tilt commands
+to publish. All timestamps (ns) come from the same clock.
 """
 
 from enum import Enum
@@ -97,13 +97,13 @@ def transition(state: State, observation: Observation) -> State:
     """
     Return the next state of the catcher, which may be the current state.
 
-    From any state, the next state is APPROACHING if a new fall is reachable. Otherwise:
+    From any state, the next state is APPROACHING if a reachable brick starts to fall. Otherwise:
 
         APPROACHING --> CARRYING    the brick is on the platform
         APPROACHING --> LEVELING    the brick no longer falls toward the platform
         CARRYING    --> LEVELING    the brick has left the platform, or the robot is unavailable
         CARRYING    --> TILTING     the robot has arrived at the center
-        TILTING     --> LEVELING    the brick rests beside the platform, or after TILTING_TIMEOUT
+        TILTING     --> LEVELING    the brick rests beside the platform, or TILTING has timed out
         LEVELING    --> WAITING     the platform has been commanded to be level
         WAITING     --> CARRYING    a brick lies on the level platform of a robot at rest
 
@@ -175,7 +175,7 @@ class Catcher:
 
     @property
     def undecided_fall(self) -> Fall | None:
-        """Get the fall that `update` has not decided on yet, or None."""
+        """Get the current fall if `update` has not made a `Decision` for it, otherwise None."""
         fall = self.brick.fall
         return None if self.decision is not None and self.decision.fall is fall else fall
 
@@ -186,7 +186,7 @@ class Catcher:
         If the clock is set back, the catcher returns to WAITING and levels the platform.
 
         :param now: current time (ns)
-        :param platform: platform, or None if its transform is too old or no robot is subscribed
+        :param platform: None if its transform is too old or if goal_pose or tilt has no subscriber
         :param stamp: timestamp (ns) of the platform's transform
         """
         actions: list[Action] = []

@@ -44,8 +44,8 @@ POSE_TIMEOUT = 0.25
 """Maximum age (s) of a pose used for driving."""
 
 BRAKING_TIME = 0.064
-"""Time constant (s) of the final approach, in which the speed is goal distance / BRAKING_TIME. A
-shorter time constant would cause overshoot because the command delay varies by up to 16 ms."""
+"""Time constant (s) of the final approach (distance to the goal divided by speed). A shorter
+time constant would cause overshoot because the command delay varies by up to 16 ms."""
 
 STOP_DISTANCE = 0.0005
 """Distance (m) from the goal at which the turtle stops."""

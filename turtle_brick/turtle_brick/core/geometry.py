@@ -73,7 +73,7 @@ def from_yaw(yaw: float) -> Quaternion:
 
 
 def from_pitch(pitch: float) -> Quaternion:
-    """Return the rotation by `pitch` (rad) about the y axis. Positive pitch lowers the +x side."""
+    """Return the rotation by `pitch` (rad) about the y axis. Positive angles lower the x axis."""
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 

@@ -69,5 +69,5 @@ class Odometer:
         if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # `path` covers several ticks after a lost pose, and is shorter than commanded at a wall.
+        # path / TICK is too high after a lost pose, and linear_velocity is too high at a wall.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius

@@ -22,7 +22,7 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
 - The brick falls straight down without drag, and lands when its bottom reaches the top of the
   level platform. A brick is unreachable if its bottom is already below the platform's top.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
-  driving distance is therefore shorter by platform_radius, but at least 0.
+  driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
 - The braking loss is 0 unless platform_radius is shorter than the braking distance of the robot.
 - A moving robot first executes the commands already sent. The distance from a moving robot to the
   brick is therefore assumed to be longer by max_velocity * command_latency.
@@ -62,7 +62,7 @@ class Decision(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Time (s) from the robot's arrival to the brick's landing (negative if too late)."""
+        """Landing time (s) of the brick minus the arrival time of the robot."""
         return self.available - self.needed
 
     @property
@@ -91,8 +91,8 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
     If all nodes run on one machine, the command latency is at most 0.11 s. Transporting three
     messages (goal, pose and transform) takes 1.2 ms. The waits for turtle_robot's next cycle and
-    next transform take up to 10 ms each. turtlesim's queue delays a command by up to 76.4 ms (one
-    transport, six newer commands and one tick). The remaining 12.4 ms cover the wait for the next
+    next transform take up to 10 ms each. A command reaches turtlesim in 0.4 ms, becomes the
+    oldest in the queue within 60 ms, and is executed within 16 ms. The remaining 12.4 ms cover one
     physics step and operating system delays. Leveling the platform takes less than 0.11 s.
 
     :param distance: horizontal distance (m) from the platform axis to the brick

@@ -32,7 +32,7 @@ REST_TIME = 0.07
 four turtlesim ticks."""
 
 MIN_GOAL_DISTANCE = 0.05
-"""Goal distance (m) beyond which a robot at rest is expected to start moving."""
+"""Distance (m) from the goal beyond which a robot at rest is expected to start moving."""
 
 
 class RobotState(NamedTuple):
@@ -67,10 +67,10 @@ class RobotTracker:
         self._goal_time = self._tilt_time = -inf
         """Times (ns) of the last goal and of the last tilt command other than 0 rad."""
         self._awaited_goal_time: int | None = None
-        """Publication time (ns) of the last goal if the robot has not started to move, or None."""
+        """Publication time (ns) of a goal to which the robot has not responded yet, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
-        """Record the platform at a given time (ns), or None if the robot is unavailable."""
+        """Record the platform's pose at a time (ns). None means that the robot is unavailable."""
         if platform is None:
             self.state = self._awaited_goal_time = None
             return

@@ -29,16 +29,16 @@ class Platform:
     """Pose, axes, heading and inclination of the platform."""
 
     pose: Pose
-    """Pose of the platform frame (origin at the center of the base) in the world frame."""
+    """Pose of the platform frame (origin: center of the platform's bottom) in the world frame."""
 
     @cached_property
     def axes(self) -> tuple[Vector, Vector, Vector]:
-        """Return the unit vectors of the platform in the world frame. The hinge is along y."""
+        """Return the platform's axes as unit vectors in the world frame. The hinge is along y."""
         return axes(self.pose.orientation)
 
     @cached_property
     def hinge_yaw(self) -> float:
-        """Return the yaw (rad) of the hinge, which does not depend on the tilt."""
+        """Return the yaw (rad) of the platform's hinge. This yaw does not depend on the tilt."""
         hinge_x, hinge_y, _ = self.axes[1]
         return atan2(-hinge_x, hinge_y)
 

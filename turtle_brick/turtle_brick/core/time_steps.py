@@ -35,7 +35,7 @@ class StepClock:
         self.last: int | None = None
         """Time (ns) of the last step."""
         self.jump = 0
-        """Signed clock jump (ns) if the latest call to `due` restarted the clock, otherwise 0."""
+        """Signed time jump (ns) if the last call to `due` restarted this clock, otherwise 0."""
 
     def due(self, now: int, start: int | None = None) -> list[int]:
         """

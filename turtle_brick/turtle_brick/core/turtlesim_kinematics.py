@@ -55,7 +55,7 @@ ARENA_CENTER = float32(ARENA_SIZE / 2)
 """x and y coordinates (m) of the arena's center."""
 
 _PI = 3.14159265
-"""Value of pi in turtlesim. With math.pi, the headings would differ from those in turtlesim."""
+"""Value of pi in turtlesim. Headings computed with math.pi would differ from turtlesim's."""
 
 _TWO_PI = 2.0 * _PI
 
@@ -178,7 +178,7 @@ class Turtle:
 
 
 class TurtleSim:
-    """Simulate several turtles, starting with turtle1 at the center of the arena."""
+    """Simulate turtles in an arena that initially contains only turtle1, at the center."""
 
     def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
         """Create a simulator that starts at time `now` (s)."""

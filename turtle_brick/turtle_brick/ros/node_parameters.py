@@ -32,7 +32,7 @@ def declare_parameters(node: Node) -> Parameters:
     """
     values = {}
     for name, rule in PARAMETER_RULES.items():
-        # Dynamic typing accepts 3 instead of 3.0. PARAMETER_RULES rejects all other types.
+        # Dynamic typing allows users to write 3 for 3.0. PARAMETER_RULES rejects all other types.
         value = node.declare_parameter(name, None, ParameterDescriptor(
             description=rule.description,
             additional_constraints=f'{name} must be {rule.allowed_values()}',

@@ -49,7 +49,7 @@ MAX_AHEAD_NS = NS_PER_SECOND
 would make tf2 discard all other transforms, because they would be more than 10 s older."""
 
 BUFFER_DURATION_NS = 10_000_000_000
-"""Age (ns) beyond which tf2 discards a transform and logs a message."""
+"""Age (ns), relative to a frame's newest transform, beyond which tf2 discards a transform."""
 
 LENGTH_TOLERANCE = 0.01
 """Maximum deviation of a valid quaternion's squared length from 1."""
@@ -189,7 +189,7 @@ class GuardedListener(TransformListener):
                 store(transform, 'default_authority')
                 stored.append(transform)
             elif now >= self._next_warning:
-                # throttle_duration_sec takes 0.2 ms per call, too long for a high message rate.
+                # throttle_duration_sec is too slow for high message rates (0.2 ms per call).
                 self._next_warning = now + round(WARNING_PERIOD * NS_PER_SECOND)
                 self.node.get_logger().warning(
                     f'Ignored the transform from "{transform.header.frame_id[:40]}" to '

@@ -26,7 +26,7 @@ The machine must be otherwise idle. The measurements are taken as follows:
 * Reaction times are measured from the release of the brick. At the release, the robot is at rest
   at a random distance from the brick and must drive to catch the brick. The release time is the
   timestamp of the last brick position before the fall. The decision time is the publication time
-  of the catcher's goal. The robot's motion starts when turtlesim publishes a changed pose.
+  of the catcher's goal. The motion time is the publication time of the first changed turtle pose.
 """
 
 import argparse
@@ -132,7 +132,7 @@ def message_intervals(record: Record, begin: int) -> dict[str, np.ndarray]:
 def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
     """Return the node processes that a launch process started, keyed by executable name."""
     return {Path(word).name: process for process in launch.children(recursive=True)
-            for word in process.cmdline()[:2]  # An interpreter may come before the executable.
+            for word in process.cmdline()[:2]  # python3 may precede the executable.
             if Path(word).name in NODES}
 
 

@@ -66,7 +66,7 @@ DISCOVERY_TIME = 5.0
 lost announcement is repeated only after 3 s."""
 
 KEPT_MESSAGES = 1000
-"""Number of messages kept per topic before a drop. The kept messages span at least 4 s."""
+"""Maximum number of messages kept per topic when a drop starts. They span at least 4 s."""
 
 FIRST_PORT = 8080
 """Port of the first arena's viewer. Each additional arena uses the next higher port number."""
@@ -110,7 +110,7 @@ def check_for_other_robots(namespaces: Sequence[str]) -> None:
 
 
 def faults(watch: DropWatch, guaranteed: float) -> list[str]:
-    """Check a drop against the guaranteed distance (m), and describe each fault."""
+    """Return a description of each fault in a drop, given the guaranteed distance (m)."""
     found = []
     if watch.down is None:
         found.append('the brick did not land')
@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a brick position (m) at `nearest` to `farthest` times the guaranteed distance."""
+    """Return a random point (m) at `nearest` to `farthest` guaranteed distances from the robot."""
     robot = client.robot_position()
     assert robot is not None
     while True:

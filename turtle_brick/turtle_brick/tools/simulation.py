@@ -44,7 +44,7 @@ from turtle_brick.physics import Phase, STEP_NS, World
 ROBOT_PERIOD_NS = round(driving.COMMAND_PERIOD / SECONDS_PER_NS)
 TICK_NS = round(TICK / SECONDS_PER_NS)
 CATCHER_PERIOD_NS = round(catch_logic.UPDATE_PERIOD / SECONDS_PER_NS)
-"""Periods (ns) of turtle_robot, turtlesim and the catcher."""
+"""Timer periods (ns) of turtle_robot, turtlesim and the catcher."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class Delays:
     """Delays (s) in the live ROS graph."""
 
     transport: float = driving.TRANSPORT_DELAY  # Time from publishing a message to receiving it.
-    transforms: float = 0.0010  # Time from a robot cycle to the resulting transform.
-    tick_jitter: float = 0.0  # Standard deviation of turtlesim's tick times.
-    robot_jitter: float = 0.0  # Standard deviation of the robot's cycle times.
+    transforms: float = 0.0010  # Time from a robot cycle until the arena receives the transform.
+    tick_jitter: float = 0.0  # Standard deviation of the start times of turtlesim's ticks.
+    robot_jitter: float = 0.0  # Standard deviation of the start times of turtle_robot's cycles.
 
 
 JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
@@ -168,7 +168,7 @@ class Simulation:
         caught = world.phase is Phase.RIDING
         carried_to, slide_time = None, 0.0
         if caught:
-            # The limit allows a drive across the arena at max_velocity.
+            # The time limit is long enough for the robot to cross the arena at max_velocity.
             self.run(lambda: catcher.state is State.TILTING,
                      30.0 + 16.0 / self.parameters.max_velocity)
             carried_to, tilted = self.turtle.pose[:2], self.now
@@ -262,12 +262,12 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def within_guarantee(self) -> bool:
-        """Return whether the brick was within the guaranteed distance from the robot."""
+        """Return whether the brick was released within the guaranteed distance of the robot."""
         return self.distance <= self.guaranteed
 
     @property
     def margin(self) -> float | None:
-        """Return the decision's margin in seconds, or None if the catcher did not decide."""
+        """Return `Decision.margin` in seconds, or None if the catcher did not make a decision."""
         return self.result.decision.margin if self.result.decision else None
 
     @property
@@ -320,10 +320,10 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
 
 def start_simulation(parameters: Parameters, seed: int, moving: bool = False) -> Simulation:
     """
-    Return a running simulation with jitter.
+    Return a simulation with timer jitter that has already run for at least 0.3 s.
 
-    :param moving: whether the robot drives between random points. The last goal is sent more than
-        command_latency before the drop, because the catcher does not receive the goal.
+    :param moving: whether the robot drives between random points. The simulation runs for at least
+        command_latency after the last goal, so that the catcher can detect the resulting motion.
     """
     simulation = Simulation(parameters, seed, JITTER)
     simulation.rest(0.3)  # The robot, the arena and the catcher exchange their first messages.

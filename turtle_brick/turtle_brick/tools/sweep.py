@@ -51,7 +51,7 @@ class Plan:
     """The drops in a sweep. The plan and the parameters fully determine the table."""
 
     grid: bool  # Whether the bricks are on a grid.
-    count: int  # Number of drops, or number of grid cells per side.
+    count: int  # Number of drops, or number of cells along each side of the grid.
     heights: tuple[float, float]  # Minimum and maximum release height (m).
     seed: int
     moving: bool = False  # Whether the robot drives between random points.
@@ -79,7 +79,7 @@ class Plan:
             side = ARENA_SIZE / self.count
             cells = [((column + 0.5) * side, (row + 0.5) * side)
                      for row in range(self.count) for column in range(self.count)]
-            bricks.shuffle(cells)  # This order spreads even the first drops over the arena.
+            bricks.shuffle(cells)  # A random order spreads the first few drops over the arena.
             positions = iter(cells)
         for number, (x, y) in enumerate(positions):
             yield number, seeds.getrandbits(32), (x, y, bricks.uniform(*self.heights))

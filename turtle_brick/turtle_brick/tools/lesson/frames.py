@@ -29,7 +29,7 @@ from turtle_brick.tools.plots import FAINT, INK, new_figure, ROBOT
 from turtle_brick.tools.simulation import Simulation
 
 START = (3.0, 2.0, radians(30.0))
-"""Start pose (m, rad) of the robot, and thus of the odom frame, in the world frame."""
+"""Initial pose (m, rad) of the robot in the world frame. The odom frame has the same pose."""
 
 CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
 """Goals (m) of the robot in the world frame, in driving order."""
@@ -40,7 +40,7 @@ WORLD = Pose2D(0.0, 0.0, 0.0)
 
 
 def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose2D]]]:
-    """Return the robot's path (in world) and its stops (in world and in odom)."""
+    """Return the robot's path in the world frame, and the stops in the world and odom frames."""
     simulation = Simulation(parameters, start=START)
     odometer = Odometer(parameters.wheel_radius)
     path: list[Pose2D] = []

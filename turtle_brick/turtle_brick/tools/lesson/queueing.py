@@ -32,7 +32,7 @@ class SentCommand(NamedTuple):
     """A command sent to turtlesim, with times in s."""
 
     published: float
-    latency: float  # Time from publishing a command until a pose reflects it or a newer one.
+    latency: float  # Time from publication until a pose reflects this or a newer command.
     applied: bool
 
 
@@ -68,7 +68,7 @@ class NaiveDriver(Driver):
     """A simple controller that uses the latest received pose instead of a prediction."""
 
     def __init__(self, law: Callable[[float], float]) -> None:
-        """Create a controller from a function that maps goal distance (m) to speed (m/s)."""
+        """Create a controller whose `law` maps the distance to the goal (m) to a speed (m/s)."""
         super().__init__(law(ARENA_SIZE))
         self.law = law
 

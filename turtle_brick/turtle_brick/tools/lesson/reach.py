@@ -62,7 +62,7 @@ def drop_at(distance: float, height: float, parameters: Parameters) -> Simulated
 
 
 def largest_caught_distance(height: float, parameters: Parameters) -> float:
-    """Use bisection to find the maximum distance (m) at which a brick is caught."""
+    """Find the maximum distance (m) at which the robot catches a brick dropped from `height`."""
     millimeters = range(round(1e3 * (ARENA_SIZE - ARENA_CENTER)))
     return 1e-3 * bisect(millimeters, False, key=lambda distance: drop_at(
         1e-3 * distance, height, parameters).outcome != 'caught')
