@@ -54,7 +54,7 @@ class GraphClient:
         return True
 
     def number(self, name: str) -> float:
-        """Return a physical robot parameter, or a typical value if the parameter is unknown."""
+        """Return the value of a physical parameter, or a typical value if the value is unknown."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
     def is_complete(self) -> bool:
@@ -93,7 +93,7 @@ class GraphClient:
         return since is not None and since == track[0][0]
 
     def drive_to(self, goal: tuple[float, float]) -> Drive | None:
-        """Send a goal position (m) and record the drive, or return None if this is impossible."""
+        """Send a goal position (m) and return the recorded drive, or None if no goal was sent."""
         if not self.wait_until(lambda: self.observer.command_publisher('goal_pose'), self.timeout):
             return None
         # On a busy machine, the previous drive may not be over yet.

@@ -24,7 +24,7 @@ import numpy
 UNREACHABLE = 'Unreachable'
 """Text of the marker for a brick that cannot be caught."""
 STILL = 1e-3
-"""Maximum displacement (m) of a brick at rest."""
+"""Distance (m) by which a brick may move and still be considered at rest."""
 MIN_FALL = 1e-5
 """Distance (m) from the starting position beyond which a brick is considered to be falling."""
 LANDING_NS = 40_000_000
@@ -34,7 +34,7 @@ FLOATING_NS = 150_000_000
 MIN_SLIDE = 0.02
 """Distance (m) that a brick must slide on the platform before it can count as floating."""
 TILTED, LEVEL = 0.05, 0.02
-"""Minimum inclination (rad) of a tilted platform and maximum inclination of a level platform."""
+"""Inclinations (rad) above which a platform is tilted and below which it is level."""
 MARGIN = 0.15
 """Maximum distance (m) by which the center of a caught brick may be beyond the platform edge."""
 HISTORY = 400
@@ -68,7 +68,7 @@ class DropWatch:
         self.refusals: list[int] = []
         self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if catching the brick is optional.
+        self.should_be_caught: bool | None = None  # Required outcome, or None if both are allowed.
 
     @property
     def decided(self) -> int | None:

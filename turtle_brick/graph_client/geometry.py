@@ -86,7 +86,7 @@ def inclination(frame: Pose) -> float:
 
 
 def distance_to_rectangle(center: Iterable[float], yaw: float, size: Sequence[float]) -> float:
-    """Return the distance (m) from the origin to a rectangle with a given yaw (rad)."""
+    """Return the distance (m) from the origin to a rectangle with a given center and yaw (rad)."""
     x, y = center
     along = abs(x * cos(yaw) + y * sin(yaw)) - size[0] / 2.0
     across = abs(y * cos(yaw) - x * sin(yaw)) - size[1] / 2.0

@@ -25,7 +25,7 @@ import threading
 END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
-"""Pattern for the label, name and exit status of a failed process in a ros2 launch message."""
+"""Pattern for a failed process, with groups for its label (name-number), name and exit status."""
 STOPPED = (-signal.SIGINT, -signal.SIGTERM)
 """Exit codes of processes that ros2 launch stopped."""
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
@@ -53,7 +53,7 @@ def launch_error(output: str) -> str:
 
 
 def explain_missing(error: str) -> str:
-    """State in an error message whether the workspace or the environment lacks a package."""
+    """Extend an error message to say that the workspace or the environment lacks a package."""
     error = error.partition(', searching: ')[0].strip('"')
     for name in (a or b for a, b in MISSING.findall(error)):
         place = 'workspace' if name.startswith('turtle_brick') else 'environment'

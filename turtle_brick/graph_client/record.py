@@ -113,7 +113,7 @@ class Frame:
         """Create an empty frame. The transform of a static frame is valid at all times."""
         self.static = static
         self.on_both_topics = False  # True if the frame is broadcast on both /tf and /tf_static.
-        self.samples: list[Sample] = []  # The samples are sorted by timestamp.
+        self.samples: list[Sample] = []  # Transforms, sorted by timestamp.
         self.published: list[tuple[int, Sample]] = []  # With publication times (ns).
         self.sequence_numbers: list[int] = []  # Each publisher numbers its messages separately.
 
@@ -159,10 +159,10 @@ class Record:
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
         self.namespace = '/'
-        self.publishers: dict[str, set[str]] = {}  # Full names of nodes that publish each topic.
-        self.latched: dict[str, bool] = {}  # Whether all publishers of each topic are latched.
+        self.publishers: dict[str, set[str]] = {}  # Full names of the publishing nodes, by topic.
+        self.latched: dict[str, bool] = {}  # Whether the messages on each topic are latched.
         self.idle: list[tuple[int, int]] = []
-        self.driving: list[tuple[int, int]] = []  # Time span (ns) of each drive sequence.
+        self.driving: list[tuple[int, int]] = []  # Time span (ns) of each series of drives.
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
@@ -225,7 +225,7 @@ class Record:
         return parent.compose(sample.pose) if sample and parent else None
 
     def on_platform(self, stamp: int) -> Array | None:
-        """Return the brick position (m) in the platform frame, or None if a pose is unknown."""
+        """Return the brick position (m) in the platform frame, or None if it is unknown."""
         brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
         return platform.locate(brick.position) if brick and platform else None
 
@@ -259,7 +259,7 @@ class Record:
                        for first, last in self.stalls)
 
     def stall_summary(self) -> str:
-        """Return a phrase that states how many trials had stalls, or '' if none did."""
+        """Return a phrase with the number of trials affected by stalls, or '' if none were."""
         spans = self.trial_spans()
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
@@ -306,7 +306,7 @@ def message_rate(times: Sequence[float]) -> float:
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) at which the position became constant, or None if it still changes.
+    Return the time (ns) at which an object came to rest, or None if its track ends in motion.
 
     :param track: times (ns) and positions (m)
     :param tolerance: maximum distance (m) from the last position

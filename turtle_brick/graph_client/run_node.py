@@ -47,7 +47,7 @@ def run_node(make_node: Callable[[], Node], program: str, args: list[str] | None
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Fast DDS blocked 1 in 700 shutdowns. Therefore, SIGTERM now ends the process immediately.
+    # Fast DDS hangs in 1 of 700 shutdowns, so SIGTERM ends the process immediately from here on.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     executor.shutdown()
     node.destroy_node()

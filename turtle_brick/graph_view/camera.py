@@ -36,13 +36,13 @@ NARROW_ASPECT = 0.8
 """Aspect ratio (width / height) below which the panel covers the lower part of the picture."""
 
 FREE_FRACTION = 0.4
-"""Fraction of a narrow picture's height, from the top, that the panel never covers."""
+"""Fraction of a narrow picture, measured from the top, that the panel never covers."""
 
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in narrow pictures so that the camera looks down steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
-"""Fraction of the remaining distance by which a camera moves closer in one update."""
+"""Fraction of the way to the closest suitable position that a camera moves in one update."""
 
 
 class View(NamedTuple):

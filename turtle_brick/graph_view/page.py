@@ -59,7 +59,7 @@ GOAL_TOLERANCE = 0.05
 """Minimum distance (m) between the robot and its goal at which the goal is shown."""
 
 MAX_AGE_NS = NS_PER_SECOND // 2
-"""Maximum time (ns) by which an object without new transforms can delay the other objects."""
+"""Maximum delay (ns) of the drawn scene after the transforms of an object stop arriving."""
 
 TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 """Topics whose latest text is shown on the page."""
@@ -240,7 +240,7 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return brick height (m), brick distance (m) and robot speed (m/s), or NaN if unknown."""
+        """Return brick height, robot-brick distance (m) and robot speed (m/s), NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -253,7 +253,7 @@ class Page:
         Return the latest time (ns) at which all robot and brick poses are known, or 0 if none.
 
         If each object were drawn at its own latest time, objects that move together would appear
-        separated. An object without new transforms does not delay the other objects.
+        separated. Poses that are MAX_AGE_NS older than the newest pose do not limit this time.
         """
         times = [nanoseconds_of(transform.header.stamp)
                  for frame in {BASE_LINK, BRICK, *self._robot.links}

@@ -161,7 +161,7 @@ class Panel:
         self.plot.data = (times - times[-1], *curves)
 
     def press(self, button: str) -> None:
-        """Execute the action of a button in the panel's section for the brick."""
+        """Execute the action of a button in the brick section of the panel."""
         if button in REPLAY_SPEEDS:
             self._execute('replay', REPLAY_SPEEDS[button])
         elif button == 'Drop at random':

@@ -23,7 +23,7 @@ from graph_view.shapes import Pose, SceneObject
 import numpy
 
 MAX_SNAPSHOTS = 900
-"""Maximum number of snapshots in a recording (30 s)."""
+"""Maximum number of snapshots in a recording, enough for 30 s."""
 
 
 class Snapshot(NamedTuple):

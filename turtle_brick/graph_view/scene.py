@@ -40,7 +40,7 @@ POSITION_TOLERANCE = 1e-3
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'stem': 'top-left', 'wheel': 'top-right',
     'platform': 'bottom-right', 'brick': 'top-left'}
-"""Corner of the label at each frame's origin, chosen to avoid overlaps (default: bottom-left)."""
+"""Label corner placed at each frame's origin to avoid overlaps (default: bottom-left)."""
 
 
 class BrowserCamera:
@@ -72,7 +72,7 @@ class BrowserCamera:
     async def _on_update(self, camera: viser.CameraHandle) -> None:
         """Stop adjusting the camera if the browser reports a position that was not requested."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
-            # The browser resets the camera on request and, on a narrow page, after loading.
+            # The user has reset the camera, or a narrow page has reset it after loading.
             self.set_view(NEAR_VIEW)
             return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE

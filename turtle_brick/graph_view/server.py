@@ -62,7 +62,7 @@ class PageServer:
         Call a function that changes the page, and send all changes to the browsers together.
 
         The function runs in viser's thread. If another thread changed the page while a browser
-        connects, viser could raise "deque mutated during iteration".
+        was connecting, viser could raise "deque mutated during iteration".
         """
         async def run() -> Result:
             with self.viser.atomic():

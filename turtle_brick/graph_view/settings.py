@@ -23,11 +23,11 @@ import yaml
 class Settings(NamedTuple):
     """Settings of the page. The defaults apply if there is no configuration file."""
 
-    fixed_frame: str = ''  # An empty name selects world or, if world is missing, the root link.
+    fixed_frame: str = ''  # The default frame is world or, if world is missing, the root link.
     shows_frames: bool = False  # Whether the axes of the frames are initially visible.
     hidden_frames: frozenset[str] = frozenset()
     description_topic: str = 'robot_description'
-    description: str = ''  # Robot description from a file, or empty.
+    description: str = ''  # Robot description from a file, or ''.
 
 
 def read_settings(path: str) -> Settings:

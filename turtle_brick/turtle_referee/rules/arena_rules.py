@@ -68,7 +68,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) from the first position, or 0 for an empty list."""
+    """Return the maximum distance (m) of all positions from the first, or 0 if there are none."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
@@ -83,7 +83,7 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
 
 
 def shown_markers(record: Record) -> list[ReceivedMarker]:
-    """Return the latest added marker for each combination of topic, namespace and marker ID."""
+    """Return the last marker added for each combination of topic, namespace and marker ID."""
     return list({(received.topic, received.marker.ns, received.marker.id): received
                  for received in record.markers if received.marker.action == ADD}.values())
 
@@ -138,7 +138,7 @@ def brick_size(record: Record) -> Any:
 
 
 def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
-    """Judge whether the markers are latched or repeated, so that rviz2 can be started late."""
+    """Judge whether rviz2 would show the markers even if it started after their publication."""
     topics, faults = {received.topic for received in markers}, []
     observed = [time for span in record.trial_spans() for time in span]
     for topic in sorted(topics):
@@ -463,7 +463,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return the drops in which the brick landed and `is_relevant` holds, or raise Open."""
+    """Return the relevant drops in which the brick landed, or raise Open if there are none."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
@@ -500,7 +500,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers, or raise Failed or Open if there are none."""
+    """Return the "Unreachable" markers. If none exist, raise Open (Failed if one was required)."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
@@ -518,7 +518,7 @@ def text_is_a_text(record: Record) -> Finding:
 
 
 def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
-    """Return the time (s) from the publication of a text to its expiration or deletion."""
+    """Return the time (s) from the publication of a text marker to its expiration or deletion."""
     first, last = published[0], published[-1]
     deleted = [received.published for received in record.markers if received.topic == last.topic
                and received.marker.action in DELETE_ACTIONS

@@ -105,7 +105,7 @@ class RobotModel:
         return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
-        """Return the closest movable joint above a link, or raise Failed if none exists."""
+        """Return the closest movable ancestor joint of a link, or raise Failed if none exists."""
         for joint in reversed(self.joints_to(link)):
             if joint.movable:
                 return joint

@@ -38,7 +38,7 @@ EXACT = 1e-3
 PRECISION = 0.05
 """Tolerance (m) for the final distance to a goal, the lateral deviation and the overshoot."""
 MAX_SLIP = 0.02
-"""Maximum relative difference between the rolled distance and the driven distance."""
+"""Maximum slip of the wheel, as a fraction of the driven distance."""
 VELOCITY_TOLERANCE = 0.1
 """Maximum relative difference between the wheel's rotation and the integral of its velocity."""
 MAX_MISALIGNMENT = 5.0

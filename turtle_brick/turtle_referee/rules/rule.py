@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 BEFORE_NS = 100_000_000
-"""Interval (ns) between the last evaluated pose of the brick or platform and the next request."""
+"""Time (ns) before each request at which the evaluation of the brick and platform poses ends."""
 MAX_COUNT = 1000
 """Approximate maximum number of samples in one evaluation."""
 MET, FAILED, OPEN = '✔', '✗', '–'
@@ -84,7 +84,7 @@ class Judgment(NamedTuple):
     mark: str
     measured: str
     plot: Plot | None = None
-    follows: Sequence[str] = ()  # Crashes and failed requirements that may have caused it.
+    follows: Sequence[str] = ()  # Crashes and other failures that may have caused this failure.
     absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
 
 
@@ -134,7 +134,7 @@ class Rules(list[Rule]):
         """Judge a record and return the failed, open and met requirements, in that order."""
         judgments, overload = [rule(record) for rule in self], record.stall_summary()
         if overload:
-            # A requirement that failed only in trials with stalls is marked as open.
+            # A requirement that failed only while the machine was overloaded is marked as open.
             calm = record.without_stalls()
             judgments = [
                 one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
@@ -174,7 +174,7 @@ def number(record: Record, name: str) -> float:
 
 
 def thin(items: Iterable[Value]) -> list[Value]:
-    """Return at most 2 * MAX_COUNT - 1 evenly spaced items."""
+    """Return at most 2 * MAX_COUNT - 1 evenly spaced items from an iterable."""
     items = list(items)
     return items[::max(len(items) // MAX_COUNT, 1)]
 
@@ -201,7 +201,7 @@ def require_clear(record: Record, *names: str) -> None:
 
 
 def require_accepted(request: Request | None) -> Request:
-    """Return an accepted request, or raise Failed with the response message."""
+    """Return the request if it was accepted, or raise Failed with the response message."""
     if request is None or not request.answered:
         raise Absent(request and request.message or 'there was no response')
     if not request.accepted:

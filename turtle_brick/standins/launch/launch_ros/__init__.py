@@ -147,7 +147,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in the real launch_ros, values added to an existing list outlive the scoped group.
+    # As in the real launch_ros, a scoped group does not undo additions to an existing list.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 
@@ -259,7 +259,7 @@ def parameter(element):
 
 
 def parameter_value(value, kind, convert):
-    """Convert the value of a `param` element unless it contains substitutions."""
+    """Convert a parameter value to its type, unless the value contains substitutions."""
     parts = substitute(value) if isinstance(value, str) else ()
     if all(isinstance(part, TextSubstitution) for part in parts):
         return convert(perform(None, parts), kind) if parts else value

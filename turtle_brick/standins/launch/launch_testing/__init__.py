@@ -159,7 +159,7 @@ assertInStderr = functools.partial(assertInStream, stream='stderr')
 
 
 def tests_of(module, given):
-    """Return two test suites, which run before and after the shutdown of the launch."""
+    """Return one test suite to run before the launch shuts down, and one to run afterward."""
     suites = unittest.TestSuite(), unittest.TestSuite()
     for suite in unittest.defaultTestLoader.loadTestsFromModule(module):
         for test in suite:
@@ -267,7 +267,7 @@ def pytest_pycollect_makemodule(module_path, parent):
     try:
         marks = getattr(getattr(module.obj, 'generate_test_description', None), 'pytestmark', ())
     except (Exception, pytest.skip.Exception):
-        return module  # pytest reports the error when it collects the module.
+        return module  # pytest reports the import error when it collects the module.
     if any(mark.name in MARKS for mark in marks):
         return LaunchTestFile.from_parent(parent, path=module_path)
     return module

@@ -53,9 +53,9 @@ class Joint(NamedTuple):
     child: str
     origin: Transform
     axis: tuple[float, float, float]
-    mimicked: str  # Joint to mimic, or empty.
+    mimicked: str  # Name of the joint to mimic, or ''.
     multiplier: float
-    offset: float  # Position (rad or m) when the mimicked joint is at position 0.
+    offset: float  # Position (rad or m) of this joint when the mimicked joint is at 0.
 
     def pose(self, position: float) -> Transform:
         """Return the pose of the child link in the parent frame at a joint position (rad or m)."""
@@ -159,7 +159,7 @@ def by_name(elements: Iterable[Element]) -> dict[str, Element]:
 
 
 def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[Joint]]:
-    """Return the root link and the joints of the tree, or raise ValueError if there is no tree."""
+    """Return the root link and joints of the link tree, or raise ValueError if it is invalid."""
     for joint in joints:
         for end in (joint.parent, joint.child):
             if end not in links or not end:

@@ -84,7 +84,7 @@ class RobotStatePublisher(Node):
         self.get_logger().info('Robot initialized')
 
     def joint_states_callback(self, state: JointState) -> None:
-        """Publish the transforms of moving joints at up to `publish_frequency` (Hz)."""
+        """Publish transforms of moving joints at a rate of at most `publish_frequency` (Hz)."""
         if len(state.name) != len(state.position):
             self.get_logger().error(
                 'Robot state publisher ignored an invalid JointState message with '
@@ -107,7 +107,7 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
-        """Return (joint, i, m, b) for each moving joint at the position m * positions[i] + b."""
+        """Return (joint, i, m, b) for each moving joint. Its position is m * positions[i] + b."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))

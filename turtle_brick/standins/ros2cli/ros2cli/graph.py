@@ -50,7 +50,7 @@ SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service and for the service response."""
 
 LEAVE_TIMEOUT = 10
-"""Timeout (s) for leaving the graph. Without this timeout, Fast DDS blocked 1 in 700 commands."""
+"""Timeout (s) for leaving the graph, because Fast DDS hangs at the end of 1 in 700 commands."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')
@@ -61,7 +61,7 @@ joined: list['GraphNode'] = []
 """List that contains the node of this command until leave() destroys the node."""
 
 _signals: list[int] = []
-"""Received signal numbers. rclpy may lose an exception raised in a signal handler."""
+"""Received signal numbers, stored because rclpy may lose exceptions raised in signal handlers."""
 
 
 class GraphNode(Node):
@@ -95,7 +95,7 @@ class GraphNode(Node):
             raise KeyboardInterrupt(_signals[0])
 
     def discover(self, found=None):
-        """Spin until the graph, or the entity that found(self) returns, has been discovered."""
+        """Spin until the graph (or found(self), if `found` is given) no longer changes."""
         state, unchanged = None, 0
         for _ in range(LIMIT):
             previous, state = state, found(self) if found else (
@@ -121,7 +121,7 @@ class GraphNode(Node):
 
 
 def is_complete(graph):
-    """Return whether the nodes of all DDS participants and all services are known."""
+    """Return whether all services and the nodes of all DDS participants have been discovered."""
     known = participants(graph.get_publishers_info_by_topic('ros_discovery_info', no_mangle=True))
     named = participants(end for end in graph.get_publishers_info_by_topic('/parameter_events')
                          if not end.node_name.startswith('_NODE_NAME_UNKNOWN_'))

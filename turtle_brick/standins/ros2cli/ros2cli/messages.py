@@ -143,7 +143,7 @@ def topic_class(graph, topic):
 
 
 def qos_profile(args, publishers=()):
-    """Return the QoS profile from the options (default: a profile that suits all publishers)."""
+    """Return the QoS profile from the options (default: one compatible with all publishers)."""
     qos = ros_qos.QoSPresetProfiles.get_from_short_key(args.qos_profile)
     chosen = {name[len('qos_'):]: value for name, value in vars(args).items()
               if name.startswith('qos_') and name != 'qos_profile' and value is not None}
@@ -288,7 +288,7 @@ def rate_report(samples, window, now, is_new):
 
 
 def delay_report(samples, window, now, is_new):
-    """Return a line with the average delay between message timestamps and reception."""
+    """Return a line with the average delay from the timestamp of a message to its reception."""
     if not is_new:
         return 'no new messages'
     delays = [time - stamp for time, stamp in samples][1:]

@@ -124,7 +124,7 @@ class TransformListener:
             raise TypeError(missing('spin_thread'))
         self.buffer = buffer
         self.node = node
-        # A reentrant group lets these callbacks store transforms while another callback waits.
+        # The reentrant group lets transforms arrive while another callback waits for a transform.
         self.group = ReentrantCallbackGroup()
         self.tf_sub = node.create_subscription(
             TFMessage, '/tf', self.callback, qos or QoSProfile(depth=100),

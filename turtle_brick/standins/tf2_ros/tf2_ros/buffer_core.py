@@ -213,7 +213,7 @@ class BufferCore:
     def __init__(self, cache_time: Duration | None = None) -> None:
         self._cache_time = nanoseconds_of(cache_time or Duration(seconds=10))
         self._frames: dict[str, Cache | None] = {}
-        """Transforms from each frame to its parent, or None for a frame without a parent."""
+        """Transforms to the parent frame, keyed by frame name (None if there is no parent)."""
         self._changed = Condition()
         """Condition that is notified when a transform is added. Its lock protects the frames."""
 
@@ -253,7 +253,7 @@ class BufferCore:
         nanoseconds = nanoseconds_of(time)
         with self._changed:
             if target_frame == source_frame:
-                # As in tf2, a lookup between equal frames does not require the frames to exist.
+                # As in tf2, a lookup from a frame to itself succeeds even for an unknown frame.
                 cache = self._frames.get(target_frame)
                 if nanoseconds == 0 and cache is not None:
                     nanoseconds, _ = cache.latest()
@@ -328,7 +328,7 @@ class BufferCore:
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # Even if the path from the source frame has a gap, both paths may meet before the gap.
+        # The path from the target may meet the path from the source before any gap in the latter.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
@@ -342,7 +342,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last ancestor found, the pose of the frame in the ancestor, and any error."""
+        """Return the last ancestor found for a frame, its pose in this ancestor, and any error."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
@@ -369,7 +369,7 @@ class BufferCore:
         raise self._unconnected(target, source)
 
     def _ancestors(self, frame: str) -> Iterator[tuple[str, int]]:
-        """Yield each ancestor and the latest common time (ns) of the transforms on the path."""
+        """Yield each ancestor of a frame and the latest common time (ns) along the path to it."""
         common = 0
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

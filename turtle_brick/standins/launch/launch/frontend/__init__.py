@@ -44,7 +44,7 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the names of the arguments that launch files can set, and of those they must set."""
+    """Return the names of all arguments that launch files can set, and of the required ones."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
@@ -107,7 +107,7 @@ def on_exit(text):
                      f'`{text}`Other on_exit actions not yet supported')
 
 
-READERS = {  # functions that convert attributes with a special syntax
+READERS = {  # functions that convert values with a special syntax, keyed by attribute name
     'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
     'on_exit': on_exit, **dict.fromkeys(('sigterm_timeout', 'sigkill_timeout'),
                                         lambda value: str(float(value)))}
@@ -161,7 +161,7 @@ def take_pairs(elements, tag):
     return {tuple(name): value for name, value in take(elements, tag, 'name', 'value')}
 
 
-NESTED = {  # functions that convert nested elements to action arguments; launch_ros adds others
+NESTED = {  # functions that convert nested elements to action arguments (launch_ros adds more)
     'arg': lambda element, inner: {
         'name': unescape(element.attrib['name']),
         'choices': [perform(None, value) for value, in take(inner, 'choice', 'value')] or None},

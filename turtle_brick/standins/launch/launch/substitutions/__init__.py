@@ -56,7 +56,7 @@ launch_config = SimpleNamespace(level='INFO', on_closed_stdout=lambda: None)
 
 @lru_cache(None)
 def log_file(name):
-    """Return an open file in the log directory, and create the directory if necessary."""
+    """Open and return a file in the log directory, which is created if necessary."""
     if not hasattr(launch_config, 'log_dir'):
         base = os.environ.get('ROS_LOG_DIR') or os.path.join(
             os.environ.get('ROS_HOME') or os.path.join('~', '.ros'), 'log')
@@ -95,7 +95,7 @@ class get_logger:
 # ------------------------------------------------------------------------------ launch.utilities
 
 class Deferred:
-    """Stores constructor arguments, which call() passes to `do`."""
+    """Base class that stores constructor arguments until call() passes them to the method `do`."""
 
     def __init__(self, *args, **kwargs):
         signature = inspect.signature(self.do)
@@ -125,7 +125,7 @@ perform = perform_substitutions
 
 
 def read_typed(text, kind=None):
-    """Convert a string to a type such as bool or list[int] (default: according to YAML rules)."""
+    """Convert a string to a type such as bool or list[int] (by default, to its YAML type)."""
     if kind in (str, int, float):
         return kind(text)
     if kind is bool and text in ('0', '1'):
