@@ -345,7 +345,8 @@ def by_source(text):
 
 
 def without_end_status(text):
-    """Remove the exit status of processes that may receive a signal before they set a handler."""
+    """Hide how `wait` exits, because SIGINT can kill a starting Python program or be lost."""
+    text = re.sub(r".*\[wait-1\]: (process.* failed to|sending signal 'SIGTERM').*\n", '', text)
     return re.sub(
         r'\[\w+\] (\[wait-\d\]: process has )(finished cleanly|died).*', r'\1ended', text)
 
