@@ -59,7 +59,7 @@ GOAL_TOLERANCE = 0.05
 """Minimum distance (m) between the robot and its goal at which the goal is shown."""
 
 MAX_AGE_NS = NS_PER_SECOND // 2
-"""Maximum delay (ns) of the drawn scene after the transforms of an object stop arriving."""
+"""Age (ns), relative to the newest transform, above which a transform is not waited for."""
 
 TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 """Topics whose latest text is shown on the page."""
@@ -253,7 +253,7 @@ class Page:
         Return the latest time (ns) at which all robot and brick poses are known, or 0 if none.
 
         If each object were drawn at its own latest time, objects that move together would appear
-        separated. Poses that are MAX_AGE_NS older than the newest pose do not limit this time.
+        separated. Poses more than MAX_AGE_NS older than the newest pose are ignored.
         """
         times = [nanoseconds_of(transform.header.stamp)
                  for frame in {BASE_LINK, BRICK, *self._robot.links}

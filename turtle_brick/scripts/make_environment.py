@@ -175,7 +175,7 @@ def write_record(made: dict[str, str]) -> None:
 
 
 def lock() -> None:
-    """Lock the workspace until this process exits, after waiting for any other build to end."""
+    """Wait for other builds of the workspace, and then lock the workspace for this process."""
     folder = os.open(TOP, os.O_RDONLY)
     try:
         fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -62,7 +62,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Interval (s) for repeating brick_marker, because rviz2 discards markers in unknown frames."""
+"""Interval (s) between brick markers. rviz2 ignores a marker until it knows the marker's frame."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""

@@ -71,7 +71,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
         observer = run_trial(options.namespace)
         namespaces = observer.other_namespaces()
         if command and not observer.record.idle and len(namespaces) == 1:
-            # No graph is in the given namespace, but exactly one other namespace contains nodes.
+            # The command started a graph in a different namespace.
             observer = run_trial(namespaces.pop())
         if process is not None:
             add_faults(observer.record, process)

@@ -70,7 +70,7 @@ def result(judgment: Judgment) -> str:
 
 
 def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
-    """Merge requirements that failed for the same causes or are open for the same reason."""
+    """Merge failed requirements with equal causes, and open requirements with equal reasons."""
     groups: dict[Any, list[Judgment]] = {}
     for one in judgments:
         reason = one.measured if one.mark == OPEN else one.name

@@ -96,7 +96,7 @@ class Trial(GraphClient):
             self.end = monotonic() + TIME_LIMIT
             self.rest()
             self.drive()
-            # After the first drop, the brick on the ground must still tilt with the platform.
+            # The first drop leaves a brick on the ground, so that its inclination can be judged.
             self.drop_all(self.program.drops[:1])
             self.tilt()
             self.drop_all(self.program.drops[1:])
@@ -129,7 +129,7 @@ class Trial(GraphClient):
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:
-        """Read the robot parameters that the profile lacks from all nodes and from the URDF."""
+        """Add robot parameters from the nodes and the URDF to the profile."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)

@@ -86,8 +86,8 @@ for number, command in enumerate(sys.argv[1:]):
     if status := service.run():
         sys.exit(status)
 """
-"""Program that runs launch files and replaces Python's SIGINT handler. With Python's handler, the
-program did not exit in 6 of 120 runs with the real launch packages."""
+"""Program that runs launch files and replaces Python's SIGINT handler. With Python's handler,
+6 of 120 runs with the real launch packages did not exit."""
 
 CASES = {
     'show_turtle': {'robot_state_publisher', 'joint_state_publisher_gui', 'rviz2'},

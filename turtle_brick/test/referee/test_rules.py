@@ -281,8 +281,7 @@ def tilt_in_tf(record, angle):
     joint = model(record).joint('platform')
     record.tilts.append(Request(at(9.0), at(9.3), 0.3))
     add_transforms(record, 'base_link', 'odom', [(9.2, pose((0.0, 0.0, 0.0)))])
-    # By default, robot_state_publisher publishes every 50 to 60 ms. The last transform follows the
-    # next request.
+    # By default, robot_state_publisher publishes every 50 to 60 ms. The request ends at 9.3 s.
     add_transforms(record, 'platform', joint.parent, [
         (now, joint.origin.compose(Pose(numpy.zeros(3), turn(UPRIGHT[1], tilt))))
         for now, tilt in ((9.18, angle), (9.24, angle), (9.305, 0.0))])
@@ -290,7 +289,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Make `drop` respond `seconds` after the release, and omit the first fall transforms."""
+    """Set the time (s) from the release to the drop response, and delete `missing` transforms."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))

@@ -275,7 +275,7 @@ TOKENS = {
     'PREFIX': r'\S+',
     'GID': '[0-9a-f.]+',
 }
-"""Patterns for placeholders in the recordings, which stand for numbers by default."""
+"""Patterns for placeholders in the recordings. By default, a placeholder is a number."""
 
 
 def comparable(name, text):

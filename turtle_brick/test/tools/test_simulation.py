@@ -50,7 +50,7 @@ def random_parameters(random):
 
 
 def position_near_the_limit(random, simulation):
-    """Return a random brick position (m), usually about the guaranteed distance from the robot."""
+    """Return a random brick position (m), usually near the guaranteed distance."""
     parameters = simulation.parameters
     z = resting_height(parameters) + exp(random.uniform(log(0.3), log(12.0)))
     limit = guaranteed_distance(z, parameters)

@@ -73,7 +73,7 @@ def from_yaw(yaw: float) -> Quaternion:
 
 
 def from_pitch(pitch: float) -> Quaternion:
-    """Return the rotation by `pitch` (rad) about the y axis. Positive angles lower the x axis."""
+    """Return the rotation by `pitch` (rad) about y. A positive pitch turns x downward."""
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 

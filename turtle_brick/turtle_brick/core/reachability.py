@@ -91,9 +91,10 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
     If all nodes run on one machine, the command latency is at most 0.11 s. Transporting three
     messages (goal, pose and transform) takes 1.2 ms. The waits for turtle_robot's next cycle and
-    next transform take up to 10 ms each. A command reaches turtlesim in 0.4 ms, becomes the
-    oldest in the queue within 60 ms, and is executed within 16 ms. The remaining 12.4 ms cover one
-    physics step and operating system delays. Leveling the platform takes less than 0.11 s.
+    next transform take up to 10 ms each. A command needs 0.4 ms to reach turtlesim, up to 60 ms to
+    become the oldest command in the queue, and up to 16 ms until the next tick. The remaining
+    12.4 ms cover one physics step and operating system delays. Leveling the platform takes less
+    than 0.11 s.
 
     :param distance: horizontal distance (m) from the platform axis to the brick
     """

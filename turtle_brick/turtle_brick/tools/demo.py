@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a random point (m) at `nearest` to `farthest` guaranteed distances from the robot."""
+    """Return a random brick position (m) near the guaranteed distance from the robot."""
     robot = client.robot_position()
     assert robot is not None
     while True:

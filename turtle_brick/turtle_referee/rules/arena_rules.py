@@ -68,7 +68,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) of all positions from the first, or 0 if there are none."""
+    """Return the maximum distance (m) from the first position, or 0 for an empty list."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 

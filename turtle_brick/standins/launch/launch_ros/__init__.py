@@ -259,7 +259,7 @@ def parameter(element):
 
 
 def parameter_value(value, kind, convert):
-    """Convert a parameter value to its type, unless the value contains substitutions."""
+    """Convert a parameter value to the type `kind` if it does not contain substitutions."""
     parts = substitute(value) if isinstance(value, str) else ()
     if all(isinstance(part, TextSubstitution) for part in parts):
         return convert(perform(None, parts), kind) if parts else value

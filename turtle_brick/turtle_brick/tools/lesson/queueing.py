@@ -29,10 +29,10 @@ from turtle_brick.tools.simulation import Simulation
 
 
 class SentCommand(NamedTuple):
-    """A command sent to turtlesim, with times in s."""
+    """A command sent to turtlesim. All times are in s."""
 
     published: float
-    latency: float  # Time from publication until a pose reflects this or a newer command.
+    latency: float  # Time from `published` until a pose reflects this command or a newer one.
     applied: bool
 
 
