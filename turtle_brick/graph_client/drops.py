@@ -32,7 +32,7 @@ LANDING_NS = 40_000_000
 FLOATING_NS = 150_000_000
 """Time (ns) without motion after which a brick that slid on the platform counts as floating."""
 MIN_SLIDE = 0.02
-"""Distance (m) that a brick must slide on the platform before it can count as floating."""
+"""Minimum distance (m) between the landing point of a brick and the point where it floats."""
 TILTED, LEVEL = 0.05, 0.02
 """Inclinations (rad) above which a platform is tilted and below which it is level."""
 MARGIN = 0.15

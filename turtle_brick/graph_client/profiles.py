@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Define names of topics, services and frames, and physical parameters of a robot.
+Define the topic, service and frame names and the physical parameters of a robot.
 
 The default names come from the assignment. A YAML file can define other names and values:
 

@@ -153,7 +153,7 @@ def robot_shapes(description: str) -> RobotShapes:
         robot = ElementTree.fromstring(description)
     except ElementTree.ParseError as error:
         raise ValueError(f'robot_description is not valid XML: {error}') from None
-    # Of several materials with the same name, urdfdom uses the first one.
+    # If several materials have the same name, urdfdom uses the first one.
     materials = [*robot.findall('material'), *robot.findall('link/visual/material')]
     colors = {material.get('name'): _numbers(color, 'rgba', 4) for material in reversed(materials)
               if (color := material.find('color')) is not None}

@@ -141,7 +141,7 @@ def drop_bricks(options: argparse.Namespace) -> int:
         decisions, catcher_states, brick_states = (
             observer.poller.record(String, topic, qos)
             for topic in ('catcher_decision', 'catcher_state', 'brick_state'))
-        # The catcher may discover the robot later than this client.
+        # The catcher may discover the robot later than this client does.
         graph.spin_until(lambda: client.is_complete() and any(
             'Waiting for the brick' in line.message.msg for line in log), TIMEOUT,
                          'robot, arena and catcher are running')

@@ -70,7 +70,7 @@ def result(judgment: Judgment) -> str:
 
 
 def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
-    """Merge failed requirements with equal causes, and open requirements with equal reasons."""
+    """Merge judgments that failed for the same causes, and those open for the same reason."""
     groups: dict[Any, list[Judgment]] = {}
     for one in judgments:
         reason = one.measured if one.mark == OPEN else one.name

@@ -97,7 +97,7 @@ def transition(state: State, observation: Observation) -> State:
     """
     Return the next state of the catcher, which may be the current state.
 
-    From any state, the next state is APPROACHING if a reachable brick starts to fall. Otherwise:
+    If a reachable brick starts to fall, the next state is always APPROACHING. Otherwise:
 
         APPROACHING --> CARRYING    the brick is on the platform
         APPROACHING --> LEVELING    the brick no longer falls toward the platform

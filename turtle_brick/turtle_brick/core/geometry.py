@@ -62,7 +62,7 @@ class Pose2D(NamedTuple):
                       self.yaw + other.yaw)
 
     def inverse(self) -> 'Pose2D':
-        """Return the pose of the parent frame in this frame."""
+        """Return the pose of the parent frame in the child frame."""
         c, s = cos(self.yaw), sin(self.yaw)
         return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
 

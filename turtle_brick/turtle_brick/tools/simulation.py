@@ -68,8 +68,8 @@ class DropResult(NamedTuple):
     robot: tuple[float, float]  # Position at the release.
     decision: Decision | None
     caught: bool
-    fall_time: float  # Time from the release to contact with the platform or the ground.
-    decision_time: float  # Time from the release to the decision.
+    fall_time: float  # Time from the brick's release to contact with the platform or the ground.
+    decision_time: float  # Time from the brick's release to the catcher's decision.
     carried_to: tuple[float, float] | None  # Robot position when the tilt starts.
     slide_time: float  # Time from the start of the tilt to the end of the slide.
     finished: bool  # Whether the catcher returned to the waiting state.

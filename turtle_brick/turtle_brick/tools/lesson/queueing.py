@@ -99,7 +99,7 @@ def controllers(parameters: Parameters) -> dict[str, Driver]:
 
 
 def approach(driver: Driver, parameters: Parameters) -> list[tuple[float, float]]:
-    """Return times (s) and positions (m, relative to the goal) during a drive over DISTANCE."""
+    """Return times (s) and the robot's positions (m, relative to the goal) during a drive."""
     simulation = Simulation(parameters, seed=2)
     simulation.driver = driver
     simulation.rest(0.3)

@@ -40,7 +40,7 @@ TELEPORT = 2.0
 
 
 def roll(parameters: Parameters) -> list[RollSample]:
-    """Simulate a drive, a teleport, and a drive against a wall."""
+    """Simulate a drive, a teleport, and a drive into a wall."""
     turtle = Turtle(1.0, ARENA_CENTER, holonomic=True)
     odometer = Odometer(parameters.wheel_radius)
     speed = parameters.max_velocity
