@@ -74,7 +74,7 @@ def environment(files, runs, monkeypatch):
 
 
 def normal(text, files, log_dir=None):
-    """Replace paths, process IDs and other variable text with the placeholders used in recordings."""
+    """Replace paths, process IDs and other variable text with the recorded placeholders."""
     text = text.replace('\r\n', '\n')
     if log_dir:
         text = text.replace(str(log_dir), '$LOGDIR')
