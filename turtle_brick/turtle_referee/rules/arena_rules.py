@@ -262,7 +262,7 @@ class MeasuredFall(NamedTuple):
     times: Array  # Times (s) since the start.
     depths: Array  # Distances (m) of the brick below its starting position.
     acceleration: float
-    off: float  # Maximum deviation (m) of the measured depths from the fitted fall.
+    off: float  # Maximum deviation (m) from the fitted fall within one step of each timestamp.
     aside: Array  # Horizontal distances (m) of the brick from its starting position.
 
 
@@ -285,7 +285,10 @@ def falls(record: Record) -> list[MeasuredFall]:
         # In a fall from rest, the square root of the depth is a linear function of time.
         slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
         begin, acceleration = -float(offset / slope), float(slope) ** 2
-        off = float(numpy.max(numpy.abs(depths - acceleration * (times - begin) ** 2 / 2.0)))
+        # A timestamp may be the time of a timer callback, which can be late on any machine.
+        shallow, deep = (acceleration * (times - begin + shift) ** 2 / 2.0
+                         for shift in (-STEP, STEP))
+        off = float(numpy.max(numpy.abs(depths - numpy.clip(depths, shallow, deep))))
         found.append(MeasuredFall(drop, begin, times - begin, depths, acceleration, off, aside))
     return require_data(found, 'no fall was long enough')
 
@@ -305,7 +308,7 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 
 @rule('fall: course', 'the brick starts falling in gravity',
-      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp, straight down')
+      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down')
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = largest(fall.off for fall in found)
