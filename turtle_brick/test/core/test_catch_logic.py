@@ -75,7 +75,6 @@ def test_transition_table(state, observed, expected):
 
 
 def test_transition_table_contains_every_arrow():
-    """The docstring of `transition` contains a state diagram with the same arrows as TABLE."""
     arrows = {f'{state.name} --> {after.name}' for state, observed, after in TABLE
               if state is not after and not observed.get('has_reachable_fall')}
     documented = re.findall(r'(\w+) +--> (\w+) {4}', transition.__doc__)
@@ -243,7 +242,7 @@ def test_brick_placed_above_an_idle_robot_is_not_carried(brick, time):
     bench.run(time)
     if bench.states[1:]:
         assert bench.states == COURSE
-    for above in (0.009, 0.0):  # A driving robot stops beyond the brick's first position.
+    for above in (0.009, 0.0):  # A driving robot stops before the brick is placed again.
         bench.world.brick = (*bench.robot, REST_Z + above)
         bench.run(0.5)
     assert bench.states in ([], [State.APPROACHING, State.LEVELING, State.WAITING], COURSE)
@@ -270,7 +269,7 @@ def test_brick_at_rest_on_the_tilted_platform_has_not_left_it_before_the_timeout
 
 
 def test_brick_far_behind_the_robot_is_still_carried():
-    """A busy arena computes the brick's position from an old platform pose."""
+    """The brick's position is computed from a platform pose that is 0.45 s old."""
     bench = CatchBench()
     bench.drop(8.5, 8.0, 14.0)
     bench.reach_state(State.CARRYING)
@@ -332,7 +331,6 @@ def test_goal_is_published_again_if_it_is_lost_or_overridden():
 @law(8)
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_goals_are_inside_the_arena(angle, time, speed):
-    """If the brick is placed elsewhere during a drive, the catcher stops the robot with a goal."""
     bench = CatchBench(replace(PARAMETERS, max_velocity=speed))
     bench.drop(*within_arena(CENTER[0] + 8.0 * cos(angle), CENTER[1] + 8.0 * sin(angle)), 2000.0)
     bench.run(0.1 + time)

@@ -88,7 +88,7 @@ def test_missing_and_misspelled_parameters_are_reported():
         Parameters.from_mapping(some)
     assert error_of({**some, 'brick_size': (1, 1, 1), 'brick_strat': (1, 1, 1)}) == (
         'unknown parameter brick_strat (did you mean brick_start?)')
-    # Unknown names are ignored unless a parameter with a similar name is missing.
+    # Unknown parameters are ignored if no required parameter is missing.
     assert Parameters.from_mapping({
         **DEFAULTS, 'brick_start': [1, 2, 3], 'max_velocty': 1, 'port': 2, 3: 4}) == replace(
             load(), brick_start=(1.0, 2.0, 3.0))

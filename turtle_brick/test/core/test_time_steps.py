@@ -47,7 +47,7 @@ starts = st.integers(0, 2 ** 62)
        pauses=st.lists(st.floats(-1.0, 3.0) | st.sampled_from((-1.0, 1.0, 249.0, 500.0)),
                        max_size=30))
 def test_steps_are_neither_skipped_nor_repeated(start, period, pauses):
-    """The time passed to `due` is at most a period before and at most GAP after the last step."""
+    """The time never jumps far enough to restart the step clock."""
     clock, now = StepClock(period), start
     latest, steps = now, clock.due(now)
     for pause in pauses:

@@ -73,7 +73,7 @@ def test_unusual_names_and_types_are_recognized(domain_id):
     with Graph(domain_id, quiet=True) as graph:
         nodes = [graph.add(Unusual, '-r', f'__node:={name}', parameters=False)
                  for name in ('unusual', 'second')]
-        # The middleware reports this name for a publisher until it has discovered the node.
+        # The middleware reports this name for an undiscovered node.
         graph.add(Node, parameters=False, node_name='_NODE_NAME_UNKNOWN_')
         observer = graph.add(Observer, parameters=False)
         client = GraphClient(graph, observer)

@@ -246,7 +246,7 @@ def judge(record, *names):
 
 
 def shift(record, frame, seconds, way, axis=0):
-    """Shift a frame by `way` (m) along an axis for 0.03 s from the time `seconds`."""
+    """Shift a frame by `way` (m) along an axis for 0.03 s, starting at `seconds`."""
     for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
         sample.pose.position[axis] += way
 
@@ -281,7 +281,7 @@ def tilt_in_tf(record, angle):
     joint = model(record).joint('platform')
     record.tilts.append(Request(at(9.0), at(9.3), 0.3))
     add_transforms(record, 'base_link', 'odom', [(9.2, pose((0.0, 0.0, 0.0)))])
-    # By default, robot_state_publisher publishes every 50 to 60 ms. The request ends at 9.3 s.
+    # By default, robot_state_publisher publishes every 50 to 60 ms.
     add_transforms(record, 'platform', joint.parent, [
         (now, joint.origin.compose(Pose(numpy.zeros(3), turn(UPRIGHT[1], tilt))))
         for now, tilt in ((9.18, angle), (9.24, angle), (9.305, 0.0))])
@@ -289,7 +289,7 @@ def tilt_in_tf(record, angle):
 
 
 def move_response(record, seconds, missing=0, accepted=True):
-    """Set the time (s) from the release to the drop response, and delete `missing` transforms."""
+    """Make the drop service respond `seconds` after the release of the brick."""
     record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
     samples = record.frames['brick'].samples
     first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
@@ -469,7 +469,7 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""Each row contains a rule, a fault (key of CORRECT or function), and correct and wrong values."""
+"""Each row contains a rule, a change to a correct record, and allowed and wrong values."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
@@ -510,7 +510,7 @@ def test_rates_are_measured_by_stamps(rate, met):
 def test_a_fault_outside_a_stall_fails():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
-    # Faults are not judged until one second after a stall. The second drive is correct.
+    # Drives are not judged within 1 s after a machine stall. The second drive is correct.
     for begin, expected in ((-3.0, FAILED), (-0.9, OPEN), (0.2, OPEN), (1.5, FAILED)):
         record.stalls = [(at(begin), at(begin + 0.1))]
         found, = judge(record, 'drive: goal')

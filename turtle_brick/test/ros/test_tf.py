@@ -111,7 +111,7 @@ def test_any_messages_leave_the_buffer_usable(messages):
     send_valid_transforms(MAX_AHEAD_NS)
     for message, static in messages:
         guarded.store(TFMessage(transforms=[message]), static, NOW)
-    # The buffer stores valid transforms even after messages with future timestamps.
+    # The buffer still stores valid transforms after receiving messages with future timestamps.
     send_valid_transforms(-MAX_AHEAD_NS)
     brick = latest_transform(guarded.buffer, 'brick')
     assert pose_of(brick.transform).position == pytest.approx((5.0, 10.0, 15.0))
@@ -145,7 +145,7 @@ def test_callback_gets_each_transform_after_its_message_is_stored():
 
 @pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])
 def test_due_time_is_one_period_before_the_next_call(until, due):
-    """The due time of a timer is never later than the current time."""
+    """The due time of a timer's current callback is never in the future."""
     timer = SimpleNamespace(timer_period_ns=100, time_until_next_call=lambda: until)
     assert due_time(timer, 1000) == due
 

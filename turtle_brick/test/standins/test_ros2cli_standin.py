@@ -275,7 +275,7 @@ TOKENS = {
     'PREFIX': r'\S+',
     'GID': '[0-9a-f.]+',
 }
-"""Patterns for placeholders in the recordings. By default, a placeholder is a number."""
+"""Patterns for placeholders in the recordings. By default, a placeholder stands for a number."""
 
 
 def comparable(name, text):
@@ -333,7 +333,7 @@ no new messages""",
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
-"""Reports of the real `ros2 topic` for MESSAGES at the times 2 s and 3 s (window: 3 messages)."""
+"""With a window of 3, the real `ros2 topic` prints these reports on MESSAGES at 2 s and 3 s."""
 
 
 @pytest.mark.parametrize('report', REPORTS)

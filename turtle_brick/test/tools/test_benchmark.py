@@ -37,7 +37,7 @@ from turtlesim.msg import Pose
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
 DECIDED, COMMANDED, MOVED = 9_000_000, 15_000_000, 81_000_000
-"""Times (ns) of the decision, first command and first robot motion after the release."""
+"""Times (ns) from the brick's release to the decision, first command and first robot motion."""
 
 
 def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
