@@ -107,7 +107,7 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
     """
     Run a command and report its progress.
 
-    :raises SetupError: with the message `failed` if the command fails, after printing its output
+    :raises SetupError: if the command fails; `failed` is the error message
     """
     start, output = time.monotonic(), ''
 
@@ -272,7 +272,7 @@ def make_venv() -> None:
 
 
 def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
-    """Return the first prefix whose ament index contains a package, or None."""
+    """Return the first prefix in which `package` is installed, or None if there is none."""
     index = 'share/ament_index/resource_index/packages'
     return next((prefix for prefix in prefixes if Path(prefix, index, package).is_file()), None)
 

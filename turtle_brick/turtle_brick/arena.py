@@ -62,7 +62,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Interval (s) between brick markers. rviz2 ignores a marker until it knows the marker's frame."""
+"""Interval (s) between brick markers, repeated because rviz2 ignores markers in unknown frames."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""
@@ -160,7 +160,7 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # A newly released brick stays still in this call, so `drop` responds before the fall.
+            # A newly released brick does not move in this call, so that `drop` responds first.
             if not self.just_released:
                 self.world.step()
             transforms.append(self.brick_transform(time))

@@ -94,7 +94,7 @@ class World:
         """Distance (m) from the origin of the platform frame to the top of the platform."""
         self._platform: Platform | None = None
         self._last_platform: Platform | None = None
-        """Last known platform, which determines the inclination of the brick."""
+        """Platform at its last known pose, which determines the inclination of the brick."""
 
         self._yaw = 0.0
         """Heading (rad) of the brick in the world frame."""

@@ -34,7 +34,7 @@ Broadcasts:
 
 Subscribes:
     turtle1/pose (turtlesim/Pose): current pose (m, rad) of the turtle, at 62.5 Hz
-    goal_pose (geometry_msgs/PoseStamped): goal of the robot in the frame world, odom or base_link;
+    goal_pose (geometry_msgs/PoseStamped): goal of the robot in the world, odom or base_link frame;
         the orientation is ignored because the robot is omnidirectional
     tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform about its y axis
 

@@ -31,7 +31,7 @@ POSITION_TOLERANCE = 1e-9
 """Maximum position error (m) caused by interpolation in tf2."""
 
 HEIGHT_TOLERANCE = 0.01
-"""Maximum deviation (m) from the resting height at which a brick counts as on the platform."""
+"""Maximum deviation (m) of a brick on the platform from its resting height."""
 
 
 class Fall(NamedTuple):

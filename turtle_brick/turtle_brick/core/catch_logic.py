@@ -104,7 +104,7 @@ def transition(state: State, observation: Observation) -> State:
         CARRYING    --> LEVELING    the brick has left the platform, or the robot is unavailable
         CARRYING    --> TILTING     the robot has arrived at the center
         TILTING     --> LEVELING    the brick rests beside the platform, or TILTING has timed out
-        LEVELING    --> WAITING     the platform has been commanded to be level
+        LEVELING    --> WAITING     the last tilt command was 0 rad
         WAITING     --> CARRYING    a brick lies on the level platform of a robot at rest
 
     If the arena node stops during a fall, the state stays APPROACHING until the brick reappears.

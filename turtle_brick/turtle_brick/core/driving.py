@@ -38,7 +38,7 @@ COMMAND_DELAY = 0.069
 """Median time (s) from the publication of a command to the first pose that shows its effect."""
 
 TRANSPORT_DELAY = 0.0004
-"""Delay (s) of a message between two nodes on one machine. Measured: 0.2 to 0.6 ms."""
+"""Typical delay (s) of a message between two nodes on one machine. Measured: 0.2 to 0.6 ms."""
 
 POSE_TIMEOUT = 0.25
 """Maximum age (s) of a pose used for driving."""

@@ -62,7 +62,7 @@ class Pose2D(NamedTuple):
                       self.yaw + other.yaw)
 
     def inverse(self) -> 'Pose2D':
-        """Return the pose of the parent frame in the child frame."""
+        """Return the pose of the parent frame in this frame."""
         c, s = cos(self.yaw), sin(self.yaw)
         return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, -self.yaw)
 
@@ -73,7 +73,7 @@ def from_yaw(yaw: float) -> Quaternion:
 
 
 def from_pitch(pitch: float) -> Quaternion:
-    """Return the rotation by `pitch` (rad) about y. A positive pitch turns x downward."""
+    """Return the rotation by `pitch` (rad) about the y axis."""
     return (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
 
 

@@ -23,7 +23,7 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
   level platform. A brick is unreachable if its bottom is already below the platform's top.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
-- The braking loss is 0 unless platform_radius is shorter than the braking distance of the robot.
+- Braking costs extra time (braking loss) only if the braking distance exceeds platform_radius.
 - A moving robot first executes the commands already sent. The distance from a moving robot to the
   brick is therefore assumed to be longer by max_velocity * command_latency.
 - A robot at rest whose level platform is already under the brick needs no time.
@@ -42,8 +42,8 @@ from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import within_arena
 
 DETECTION_TIME = 0.02
-"""Maximum time (s) from the release of a brick to the catcher's decision. The third position of
-the falling brick arrives at most 12 ms after the release."""
+"""Maximum time (s) from the release of a brick to the catcher's decision. The catcher detects
+the fall when it receives the brick's third position, at most 12 ms after the release."""
 
 
 class Decision(NamedTuple):
@@ -91,10 +91,10 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
     If all nodes run on one machine, the command latency is at most 0.11 s. Transporting three
     messages (goal, pose and transform) takes 1.2 ms. The waits for turtle_robot's next cycle and
-    next transform take up to 10 ms each. A command needs 0.4 ms to reach turtlesim, up to 60 ms to
-    become the oldest command in the queue, and up to 16 ms until the next tick. The remaining
-    12.4 ms cover one physics step and operating system delays. Leveling the platform takes less
-    than 0.11 s.
+    next transform take up to 10 ms each. A command takes 0.4 ms to reach turtlesim, waits up to
+    60 ms to become the oldest command in the queue, and waits up to 16 ms for the next tick. The
+    remaining 12.4 ms cover one physics step of the arena and operating system delays. Leveling
+    the platform takes less than 0.11 s.
 
     :param distance: horizontal distance (m) from the platform axis to the brick
     """

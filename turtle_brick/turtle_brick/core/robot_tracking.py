@@ -70,7 +70,7 @@ class RobotTracker:
         """Publication time (ns) of a goal to which the robot has not responded yet, or None."""
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
-        """Record the platform's pose at a time (ns). None means that the robot is unavailable."""
+        """Record the platform's pose at a time (ns), or None if the robot is unavailable."""
         if platform is None:
             self.state = self._awaited_goal_time = None
             return

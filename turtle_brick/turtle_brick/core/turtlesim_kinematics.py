@@ -105,10 +105,9 @@ class Turtle:
         self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
         self._teleports: list[tuple[bool, float, float, float]] = []
         self.holonomic = holonomic
-        """Whether velocity commands affect the sideways velocity."""
+        """Whether the turtle executes the sideways component of velocity commands."""
         self.clamped: tuple[float, float] | None = None
-        """Position (m, y down) of the turtle before it was clamped at a wall in the last tick, or
-        None if the turtle did not hit a wall."""
+        """Unclamped position (m, y down) if the turtle hit a wall in the last tick, else None."""
         self.pose = self._rounded_pose()
         """Pose after the last tick."""
 

@@ -189,7 +189,7 @@ class GuardedListener(TransformListener):
                 store(transform, 'default_authority')
                 stored.append(transform)
             elif now >= self._next_warning:
-                # throttle_duration_sec is too slow for high message rates (0.2 ms per call).
+                # throttle_duration_sec takes 0.2 ms per call, too long for high message rates.
                 self._next_warning = now + round(WARNING_PERIOD * NS_PER_SECOND)
                 self.node.get_logger().warning(
                     f'Ignored the transform from "{transform.header.frame_id[:40]}" to '

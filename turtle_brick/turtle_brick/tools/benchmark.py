@@ -74,7 +74,7 @@ WARM_UP_TIME = 3.0
 """Duration (s) for which the graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
-"""Time (ns) between the start of the analyzed record and the drop request."""
+"""Time (ns) from the start of the analyzed period to the drop request."""
 
 MOTION_THRESHOLD = 1e-6
 """Maximum change (m) in position that does not count as motion."""
@@ -82,7 +82,7 @@ MOTION_THRESHOLD = 1e-6
 
 def reaction_times(record: Record, begin: int, end: int) -> dict[str, float] | None:
     """
-    Find the delays between a brick's release and the robot's motion in a record.
+    Find the delays between the release of the brick and the first motion of the robot.
 
     :param begin: a time (ns) shortly before the release
     :param end: a time (ns) after the first motion
@@ -149,7 +149,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Measure the load and delays in two idle periods (`seconds` each) and `drop_count` drops."""
+    """Return the results for two idle periods (`seconds` each) and `drop_count` drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

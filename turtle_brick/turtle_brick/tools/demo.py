@@ -18,8 +18,8 @@ demo: run the whole graph in one process and drop bricks.
 By default, the demo drops two bricks: one that can be caught and one that cannot. With --arenas N,
 the demo runs N arenas in parallel, each in its own process and namespace.
 
-The exit status is 0 if the robot caught and tipped off every accepted brick, and the catcher
-accepted every brick within the guaranteed distance. Otherwise, the exit status is 1.
+The exit status is 0 if the catcher accepted every brick for which a catch is guaranteed, and the
+robot caught every accepted brick and tipped it off the platform. Otherwise, it is 1.
 """
 
 import argparse
@@ -66,7 +66,7 @@ DISCOVERY_TIME = 5.0
 lost announcement is repeated only after 3 s."""
 
 KEPT_MESSAGES = 1000
-"""Maximum number of messages kept per topic when a drop starts. They span at least 4 s."""
+"""Maximum number of messages kept per topic when a drop starts, enough for at least 4 s."""
 
 FIRST_PORT = 8080
 """Port of the first arena's viewer. Each additional arena uses the next higher port number."""
@@ -110,7 +110,7 @@ def check_for_other_robots(namespaces: Sequence[str]) -> None:
 
 
 def faults(watch: DropWatch, guaranteed: float) -> list[str]:
-    """Return a description of each fault in a drop, given the guaranteed distance (m)."""
+    """Return the faults in a drop, given the maximum distance (m) of a guaranteed catch."""
     found = []
     if watch.down is None:
         found.append('the brick did not land')
@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a random brick position (m) near the guaranteed distance from the robot."""
+    """Return a random position (m) at `nearest` to `farthest` times the `guaranteed_distance`."""
     robot = client.robot_position()
     assert robot is not None
     while True:

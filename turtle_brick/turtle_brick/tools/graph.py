@@ -68,7 +68,7 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         Create an empty graph in a given ROS domain, by default the domain in ROS_DOMAIN_ID.
 
         :param quiet: whether the nodes log only warnings and errors
-        :param tf_inside: whether the namespace applies to TF, as in the launch files
+        :param tf_inside: whether the namespace of the graph also applies to /tf and /tf_static
         """
         # Without freeze(), garbage collection of all existing objects could pause all nodes.
         freeze()

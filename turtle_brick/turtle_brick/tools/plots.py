@@ -71,7 +71,7 @@ STYLE: dict[Any, Any] = {
 MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
     (0.0, '#5c1f1a'), (0.25, '#b5452f'), (0.5, '#f7b36b'),
     (0.5, '#a5dcc4'), (0.75, '#3a8fb7'), (1.0, '#183a6b')])
-"""Colormap for refused bricks (below 0.5) and caught bricks (above 0.5)."""
+"""Colormap in which refused bricks have values below 0.5, and caught bricks above 0.5."""
 
 FINE_DASHES = (0, (2, 2))
 
@@ -155,7 +155,7 @@ def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -
 
 def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Parameters,
              path: Path) -> None:
-    """Plot the trace and the result of one drop over time."""
+    """Plot positions, speeds and tilt angles during one simulated drop over time."""
     time = [sample.time for sample in samples]
     with new_figure(path, 8.6, 9.4) as figure:
         strip, height, distance, speed, tilt = figure.subplots(
@@ -229,7 +229,7 @@ transform that shows the motion of the robot."""
 
 
 def waterfall(axes: Axes, delays: Sequence[tuple[str, float, str, Sequence[float]]]) -> None:
-    """Draw delays (label, duration in ms, color, measured end times in ms) as bars."""
+    """Draw successive delays (label, duration, color, end times) as bars on a time axis in ms."""
     total = sum(duration for _, duration, _, _ in delays)
     begin = 0.0
     for row, (label, duration, color, ends) in enumerate(delays):

@@ -52,9 +52,9 @@ class Delays:
     """Delays (s) in the live ROS graph."""
 
     transport: float = driving.TRANSPORT_DELAY  # Time from publishing a message to receiving it.
-    transforms: float = 0.0010  # Time from a robot cycle until the arena receives the transform.
-    tick_jitter: float = 0.0  # Standard deviation of the start times of turtlesim's ticks.
-    robot_jitter: float = 0.0  # Standard deviation of the start times of turtle_robot's cycles.
+    transforms: float = 0.0010  # Delay of a transform from turtle_robot's cycle to the arena.
+    tick_jitter: float = 0.0  # Standard deviation of the timer jitter in turtlesim.
+    robot_jitter: float = 0.0  # Standard deviation of the timer jitter in turtle_robot.
 
 
 JITTER = Delays(tick_jitter=0.002, robot_jitter=0.0003)
@@ -252,7 +252,7 @@ class SimulatedDrop(NamedTuple):
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
     result: DropResult
-    guaranteed: float  # Guaranteed distance, negative if no catch is guaranteed.
+    guaranteed: float  # Maximum distance at which a catch is guaranteed, or -inf.
     moving: bool = False  # Whether the robot was driving between random points.
 
     @property
@@ -262,7 +262,7 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def within_guarantee(self) -> bool:
-        """Return whether the brick was released within the guaranteed distance of the robot."""
+        """Return whether a catch was guaranteed at the brick's distance from the robot."""
         return self.distance <= self.guaranteed
 
     @property
@@ -320,7 +320,7 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
 
 def start_simulation(parameters: Parameters, seed: int, moving: bool = False) -> Simulation:
     """
-    Return a simulation with timer jitter that has already run for at least 0.3 s.
+    Return a simulation with timer jitter after at least 0.3 s of simulated time.
 
     :param moving: whether the robot drives between random points. The simulation runs for at least
         command_latency after the last goal, so that the catcher can detect the resulting motion.
@@ -363,7 +363,7 @@ class TraceSample(NamedTuple):
 
 
 def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
-    """Repeat a drop. Return one sample per physics step until 0.3 s after the drop has ended."""
+    """Simulate a drop again, and return one sample per physics step."""
     simulation = start_simulation(parameters, drop.seed, drop.moving)
     samples: list[TraceSample] = []
 

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Lesson 3: the fall and the slide in closed form, compared with a stepwise simulation."""
+"""Lesson 3: closed-form solutions and stepwise simulation of the falling and sliding brick."""
 
 from collections.abc import Iterator, Sequence
 from math import cos, degrees, sin
