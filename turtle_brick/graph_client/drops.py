@@ -34,7 +34,7 @@ FLOATING_NS = 150_000_000
 MIN_SLIDE = 0.02
 """Minimum distance (m) between the landing point of a brick and the point where it floats."""
 TILTED, LEVEL = 0.05, 0.02
-"""Inclinations (rad) above which a platform is tilted and below which it is level."""
+"""Minimum inclination of a tilted platform and maximum inclination of a level platform (rad)."""
 MARGIN = 0.15
 """Maximum distance (m) by which the center of a caught brick may be beyond the platform edge."""
 HISTORY = 400
@@ -68,7 +68,7 @@ class DropWatch:
         self.refusals: list[int] = []
         self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if a miss is also allowed.
+        self.should_be_caught: bool | None = None  # None if the brick may be caught or missed.
 
     @property
     def decided(self) -> int | None:

@@ -41,7 +41,7 @@ MAX_LOAD = 95.0
 """Processor load (%) at or above which the observed nodes may be delayed."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
-"""Node name of a publisher whose node has not been discovered yet."""
+"""Node name that ROS reports for a publisher until the publisher's node is discovered."""
 
 
 def load_type(name: str) -> Any:

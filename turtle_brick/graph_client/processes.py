@@ -173,7 +173,7 @@ class Process(AbstractContextManager['Process']):
 
 
 def close_all(processes: Sequence[Process]) -> None:
-    """Send SIGINT to all processes, wait for them to exit, and kill all remaining processes."""
+    """Send SIGINT to the given processes, wait for them to exit, and kill those still running."""
     for process in processes:
         process.send(signal.SIGINT)
     for process in processes:

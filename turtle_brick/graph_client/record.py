@@ -289,8 +289,8 @@ def stamp_of(received: Received) -> int:
 
 def message_rate(times: Sequence[float]) -> float:
     """Compute a message rate (Hz) from timestamps (s), or return 0 for fewer than six messages."""
-    # On a busy machine, messages may be late but never early. The rate is therefore measured from
-    # the least delayed message in the first third to the least delayed message in the last third.
+    # On a busy machine, messages may be late but never early. The rate is therefore measured
+    # between the least delayed messages in the first third and in the last third of all messages.
     count = len(times)
     if count < 6 or times[-1] <= times[0]:
         return 0.0
@@ -306,7 +306,7 @@ def message_rate(times: Sequence[float]) -> float:
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
     """
-    Return the time (ns) at which an object came to rest, or None if its track ends in motion.
+    Return the time (ns) at which an object came to rest, or None if the object is still moving.
 
     :param track: times (ns) and positions (m)
     :param tolerance: maximum distance (m) from the last position

@@ -27,7 +27,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
-"""Timeout (s) for each spin_once, constant so that the executor serves all nodes in turn."""
+"""Timeout (s) of spin_once. A constant timeout makes the executor serve all nodes in turn."""
 INTERRUPTED = Event()
 """Event that Ctrl-C and SIGTERM set after handle_interrupts has been called."""
 

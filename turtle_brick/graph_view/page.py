@@ -59,7 +59,7 @@ GOAL_TOLERANCE = 0.05
 """Minimum distance (m) between the robot and its goal at which the goal is shown."""
 
 MAX_AGE_NS = NS_PER_SECOND // 2
-"""Age (ns), relative to the newest transform, above which a transform is not waited for."""
+"""Maximum delay (ns) of the drawn scene relative to the newest pose."""
 
 TEXT_TOPICS = ('brick_state', 'catcher_state', 'catcher_decision')
 """Topics whose latest text is shown on the page."""
@@ -89,7 +89,7 @@ class Page:
     def __init__(self, scene: 'Scene', panel: 'Panel', buffer: Buffer, settings: Settings,
                  warn: Callable[[str], Any], find_sections: Callable[[], tuple[bool, bool, bool]],
                  clock: Callable[[], int]) -> None:
-        """Use `find_sections` to detect whether an arena, a robot and a catcher are running."""
+        """Create a page. `find_sections` detects whether an arena, a robot and a catcher exist."""
         self._scene = scene
         self._panel = panel
         self._buffer = buffer
@@ -240,7 +240,6 @@ class Page:
         self._panel.show_curves(self._points)
 
     def _curve_values(self) -> tuple[float, float, float]:
-        """Return brick height, robot-brick distance (m) and robot speed (m/s), NaN if unknown."""
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)
         before = self._pose(BASE_LINK, max(self._drawn_time - SPEED_WINDOW_NS, 1))
         height = brick.position[2] if brick else nan
@@ -250,7 +249,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which all robot and brick poses are known, or 0 if none.
+        Return the latest time (ns) at which all robot and brick poses are known (0 without poses).
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. Poses more than MAX_AGE_NS older than the newest pose are ignored.

@@ -79,7 +79,7 @@ class Panel:
             self.brick = gui.add_html('')
             self.hint = gui.add_html('')
             with gui.add_form(None) as form:
-                # mypy regards the value of a control as read-only, so the type is Any.
+                # The control has the type Any because mypy regards its value as read-only.
                 self.position: Any = gui.add_text('x, y, z (m)', '')
             form.on_submit(self._on_submit)
             for names in (('Place', 'Drop', 'Drop at random'), tuple(REPLAY_SPEEDS)):
@@ -137,7 +137,7 @@ class Panel:
         self.response.content = _html('response', text, not is_success)
 
     def show_rates(self, rates: Sequence[tuple[str, float]]) -> None:
-        """Show names and their message rates (Hz). A rate of 0 is shown as 'no messages'."""
+        """Show labeled message rates (Hz). A rate of 0 is shown as 'no messages'."""
         self.rates.content = ''.join(
             _html('rate', f'{name}: {rate:.1f} Hz' if rate else f'{name}: no messages')
             for name, rate in rates)

@@ -40,7 +40,7 @@ POSITION_TOLERANCE = 1e-3
 LABEL_ANCHORS: dict[str, Any] = {
     'world': 'bottom-right', 'odom': 'top-right', 'stem': 'top-left', 'wheel': 'top-right',
     'platform': 'bottom-right', 'brick': 'top-left'}
-"""Label corner placed at each frame's origin to avoid overlaps (default: bottom-left)."""
+"""Corner of each frame's label that is placed at the frame's origin (default: bottom-left)."""
 
 
 class BrowserCamera:

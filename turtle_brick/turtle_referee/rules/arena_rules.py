@@ -68,7 +68,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) from the first position, or 0 for an empty list."""
+    """Return the maximum distance (m) of positions from the first one, or 0 without positions."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
@@ -466,7 +466,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return the relevant drops in which the brick landed, or raise Open if there are none."""
+    """Return the drops in which the brick landed and `is_relevant` is true, or raise Open."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
@@ -503,7 +503,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers. If none exist, raise Open (Failed if one was required)."""
+    """Return the "Unreachable" markers, or raise Failed or Open if there are none."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):

@@ -74,7 +74,7 @@ class RobotModel:
         self._joint_above = {joint.child: joint for joint in self.joints}
 
     def joints_to(self, link: str) -> list[Joint]:
-        """Return all joints between the root link and a given link."""
+        """Return the joints on the path from the root link to a given link."""
         chain: list[Joint] = []
         while link in self._joint_above and len(chain) <= len(self.joints):
             chain.insert(0, self._joint_above[link])

@@ -155,7 +155,7 @@ class Rules(list[Rule]):
         """Map each failed requirement to the other failed requirements that may have caused it."""
         above = {name: self.all_dependencies(name) for name in failed}
         roots = [name for name in failed if not above[name] & failed.keys()]
-        # If several rules report the same fault, only the first rule counts as the cause.
+        # If requirements fail with the same measured result, only the first counts as a cause.
         first = {failed[root]: root for root in reversed(roots)}
         return {name: sorted({first[failed[root]] for root in roots
                               if root in {name, *above[name]}} - {name}) for name in failed}

@@ -177,7 +177,7 @@ class LaunchContext:
         self.perform_substitution = lambda substitution: substitution.perform(self)
 
     def set_environment(self, environment):
-        """Replace the environment variables of this process."""
+        """Replace all environment variables of this process with the given ones."""
         self.environment.clear()
         self.environment.update(environment)
 

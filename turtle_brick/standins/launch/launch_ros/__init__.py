@@ -137,7 +137,7 @@ def evaluate_dict(context, parameters, prefix=''):
 
 
 def join_namespaces(base, namespace):
-    """Append a namespace to a base namespace unless the namespace is absolute."""
+    """Append a relative namespace to a base namespace. An absolute namespace replaces the base."""
     from rclpy.validate_namespace import validate_namespace
     if base is None or namespace and namespace.startswith('/'):
         base = ''
@@ -147,7 +147,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in the real launch_ros, a scoped group does not undo additions to an existing list.
+    # As in ROS, parameters or remappings added to an existing list are kept after a scoped group.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 

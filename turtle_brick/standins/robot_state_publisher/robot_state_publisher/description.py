@@ -218,6 +218,6 @@ def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
     for joint in tree:
         if joint.kind in ('planar', 'floating'):
             warn(f'joint [{joint.name}] does not move: the type {joint.kind!r} is unsupported')
-    # Joints outside the tree are marked as floating so that they are not published.
+    # Joints outside the tree are marked as floating so that their transforms are not published.
     return {name: joint if joint in tree else joint._replace(kind='floating')
             for name, joint in joints.items()}

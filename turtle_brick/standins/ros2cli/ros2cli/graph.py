@@ -50,7 +50,7 @@ SERVICE_TIMEOUT = 5.0
 """Timeout (s) for the discovery of a parameter service and for the service response."""
 
 LEAVE_TIMEOUT = 10
-"""Timeout (s) for leaving the graph, because Fast DDS hangs at the end of 1 in 700 commands."""
+"""Timeout (s) for leaving the graph. Fast DDS hangs at the end of 1 in 700 commands."""
 
 TYPES = ('not set', 'boolean', 'integer', 'double', 'string', 'byte array', 'boolean array',
          'integer array', 'double array', 'string array')

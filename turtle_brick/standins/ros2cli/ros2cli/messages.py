@@ -48,7 +48,7 @@ def read_values(args):
 
 
 def fill(message, values, stamps=None):
-    """Set message fields. Fields that need the publication time are added to `stamps`."""
+    """Set message fields, but add time fields with the value 'now' or 'auto' to `stamps`."""
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a "
                         f'{type(values).__name__}')

@@ -78,7 +78,7 @@ def interface_names(package, kind):
 
 
 def daemon_status(args):
-    """Report that no daemon runs. Each command discovers the graph itself."""
+    """Report that no daemon runs. Commands discover the ROS graph without a daemon."""
     print('The daemon is not running')
 
 

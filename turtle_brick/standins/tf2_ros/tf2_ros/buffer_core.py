@@ -14,8 +14,8 @@
 """
 Store transforms and compute the transform between any two frames.
 
-A cache stores the recent transforms of a frame as tuples (parent, x, y, z, qx, qy, qz, qw). A
-point p in the frame becomes q p q* + (x, y, z) in the parent frame. Times are integers (ns).
+A cache stores the recent poses of a frame in its parent frame as tuples (parent, x, y, z, qx, qy,
+qz, qw). Times are integers (ns).
 """
 
 from bisect import bisect_left, bisect_right
@@ -78,11 +78,7 @@ def display_time(time: int) -> str:
 
 
 def canonical(x: float, y: float, z: float, w: float) -> Rotation:
-    """
-    Normalize a quaternion to unit length and choose its sign as tf2 does.
-
-    w is positive if |w| > 1/2. Otherwise, the component with the largest magnitude is positive.
-    """
+    """Normalize a quaternion to unit length and choose its sign as tf2 does."""
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
     square = xx + yy + zz + ww
     if 4.0 * ww > square:
@@ -342,7 +338,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last ancestor found for a frame, its pose in this ancestor, and any error."""
+        """Return the last ancestor reached, the frame's pose in this ancestor, and any error."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

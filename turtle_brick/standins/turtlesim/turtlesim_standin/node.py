@@ -20,8 +20,8 @@ Publishes this topic for each turtle every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
 
 Subscribes to this topic for each turtle:
-    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity. Up to seven messages are queued, and
-        one queued message is applied every 16 ms.
+    <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity. For each turtle, up to seven
+        messages are queued, and one of them is applied every 16 ms.
 
 Provides these services for each turtle:
     <turtle>/teleport_absolute (turtlesim/srv/TeleportAbsolute): jump to a pose

@@ -55,7 +55,7 @@ class Program(Node):
 
 
 class Mimic(Program):
-    """Makes one turtle move with the velocity of another turtle."""
+    """Makes one turtle move at the same velocity as another turtle."""
 
     def __init__(self) -> None:
         super().__init__('turtle_mimic', 'output/cmd_vel')

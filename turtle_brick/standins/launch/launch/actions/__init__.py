@@ -142,7 +142,7 @@ class EventHandler:
 
 
 def event_handler(name, *kinds):
-    """Create an event handler class for the given kinds of events, such as 'on_exit'."""
+    """Create an event handler class with the given arguments, such as 'on_exit'."""
     return type(name, (EventHandler,), {'kinds': kinds})
 
 
