@@ -68,7 +68,7 @@ class DropWatch:
         self.refusals: list[int] = []
         self.goal: int | None = None  # Publication time (ns) of the first goal after the drop.
         self.request: Request | None = None
-        self.should_be_caught: bool | None = None  # None if the brick may be caught or missed.
+        self.should_be_caught: bool | None = None  # None if a miss is acceptable.
 
     @property
     def decided(self) -> int | None:

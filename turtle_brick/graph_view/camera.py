@@ -42,7 +42,7 @@ NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in narrow pictures so that the camera looks down steeply."""
 
 ZOOM_FRACTION = 1.0 / 60.0
-"""Fraction of the distance to the target position that a camera moves forward in one update."""
+"""Fraction of the remaining distance that a camera covers in one update as it moves closer."""
 
 
 class View(NamedTuple):

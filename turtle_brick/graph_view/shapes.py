@@ -73,7 +73,7 @@ class Shape(NamedTuple):
     """A colored solid, line or text in a frame."""
 
     kind: str  # 'box', 'cylinder' (along z), 'sphere', 'line' or 'text' (facing the camera).
-    size: Vector  # Size (m) along x, y and z. Lines use only x (width), texts only z (height).
+    size: Vector  # Size (m) along x, y and z, where x is the line width and z is the text height.
     color: Color
     pose: Pose = ORIGIN  # Pose of the center of the shape.
     text: str = ''

@@ -160,7 +160,7 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # A newly released brick does not move in this call, so that `drop` responds first.
+            # A new fall begins in the next call, so that `drop` responds before the brick moves.
             if not self.just_released:
                 self.world.step()
             transforms.append(self.brick_transform(time))

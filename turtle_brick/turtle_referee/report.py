@@ -70,7 +70,7 @@ def result(judgment: Judgment) -> str:
 
 
 def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
-    """Merge failures with the same causes, and open requirements with the same reason."""
+    """Merge all failures with the same causes and all open requirements with the same reason."""
     groups: dict[Any, list[Judgment]] = {}
     for one in judgments:
         reason = one.measured if one.mark == OPEN else one.name

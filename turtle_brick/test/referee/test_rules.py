@@ -469,7 +469,7 @@ FAULTS = (
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
      ('unreachable!', 'UNREACHABLE')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
-"""Each row contains a rule, a change to a correct record, and allowed and wrong values."""
+"""Each row contains a rule, a change to a correct record, and accepted and rejected values."""
 
 
 def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():

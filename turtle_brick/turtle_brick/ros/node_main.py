@@ -96,6 +96,6 @@ def make_executor(context: Context | None = None) -> Executor:
 def _request_shutdown(number: int, _: object) -> None:
     signal.signal(number, signal.SIG_IGN)  # `ros2 launch` repeats a Ctrl-C.
     if number == signal.SIGINT:
-        # In tests, 1 in 700 shutdowns hung in Fast DDS. `ros2 launch` ends a hung node by SIGTERM.
+        # In tests, 1 in 700 shutdowns hung in Fast DDS. SIGTERM terminates a hung node.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shutdown_requested.set()

@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a random position (m) at `nearest` to `farthest` times the `guaranteed_distance`."""
+    """Return a random brick position (m). `nearest` and `farthest` are relative distances."""
     robot = client.robot_position()
     assert robot is not None
     while True:

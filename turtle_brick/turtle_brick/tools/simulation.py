@@ -52,7 +52,7 @@ class Delays:
     """Delays (s) in the live ROS graph."""
 
     transport: float = driving.TRANSPORT_DELAY  # Time from publishing a message to receiving it.
-    transforms: float = 0.0010  # Delay of a transform from turtle_robot's cycle to the arena.
+    transforms: float = 0.0010  # Time from a cycle of turtle_robot to the resulting transform.
     tick_jitter: float = 0.0  # Standard deviation of the timer jitter in turtlesim.
     robot_jitter: float = 0.0  # Standard deviation of the timer jitter in turtle_robot.
 
@@ -252,7 +252,7 @@ class SimulatedDrop(NamedTuple):
     number: int  # Index of the drop in the sweep, starting at 0.
     seed: int  # Seed for the simulation.
     result: DropResult
-    guaranteed: float  # Maximum distance at which a catch is guaranteed, or -inf.
+    guaranteed: float  # Distance up to which a catch is guaranteed, or -inf.
     moving: bool = False  # Whether the robot was driving between random points.
 
     @property
@@ -320,7 +320,7 @@ def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
 
 def start_simulation(parameters: Parameters, seed: int, moving: bool = False) -> Simulation:
     """
-    Return a simulation with timer jitter after at least 0.3 s of simulated time.
+    Return a simulation that includes timer jitter and has run for at least 0.3 s.
 
     :param moving: whether the robot drives between random points. The simulation runs for at least
         command_latency after the last goal, so that the catcher can detect the resulting motion.

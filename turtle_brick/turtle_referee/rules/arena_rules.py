@@ -262,7 +262,7 @@ class MeasuredFall(NamedTuple):
     times: Array  # Times (s) since the start.
     depths: Array  # Distances (m) of the brick below its starting position.
     acceleration: float
-    off: float  # Maximum deviation (m) from the fitted fall within one step of each timestamp.
+    off: float  # Maximum deviation (m) of the depths from the fit, if stamps may be a step off.
     aside: Array  # Horizontal distances (m) of the brick from its starting position.
 
 
@@ -466,7 +466,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return the drops in which the brick landed and `is_relevant` is true, or raise Open."""
+    """Return all relevant drops in which the brick landed, or raise Open if there are none."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],

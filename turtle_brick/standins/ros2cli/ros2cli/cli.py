@@ -63,7 +63,7 @@ def add_arguments(parser, arguments):
 
 
 def add_commands(parser, prefix, typed, table):
-    """Add commands with a given prefix to a parser, and the arguments of the entered command."""
+    """Add the commands with a given prefix to a parser. Only `typed` commands get arguments."""
     commands = {name[len(prefix):]: text for name, text in table['words'].items()
                 if name.startswith(prefix) and ' ' not in name[len(prefix):]}
     width = max(len(name) for name, text in commands.items() if text)
