@@ -156,7 +156,7 @@ class Viewer(Node):
                 self._clients_by_name[name] = self.create_client(load_type(service_types[0]), name)
 
     def _connect_tilt(self, topic: str, type_name: str) -> None:
-        """Publish and subscribe to tilt messages. Their first floating-point field is the angle."""
+        """Publish and subscribe to tilt messages. Their first float field is the angle."""
         with suppress(LookupError, StopIteration):
             tilt_type = load_type(type_name)
             self._tilt_field = next(
