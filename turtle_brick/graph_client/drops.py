@@ -72,7 +72,7 @@ class DropWatch:
 
     @property
     def decided(self) -> int | None:
-        """Return the time (ns) of the first goal or "Unreachable" marker in the drop, if any."""
+        """Return the time (ns) of the first goal or "Unreachable" marker after the drop, or None."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:

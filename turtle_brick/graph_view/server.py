@@ -51,7 +51,7 @@ class PageServer:
 
     def stop(self) -> None:
         """
-        Close the page without waiting for the browsers.
+        Stop the server without waiting for the browsers to disconnect.
 
         viser.stop() waits up to 6 s for idle browser connections, so it runs in another thread.
         """

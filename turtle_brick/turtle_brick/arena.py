@@ -151,10 +151,10 @@ class Arena(Node):
         """
         Execute all physics steps due by `now` (ns), and return a brick transform for each step.
 
-        :param start: time (ns) of the first step if the step clock starts or restarts
+        :param start: time (ns) of the first step, used only when the step clock (re)starts
         """
-        # A riding brick is simulated one step ahead so that its latest transform is never older
-        # than the latest transform of the platform.
+        # A brick on the platform is simulated one step ahead so that its latest transform is never
+        # older than the latest transform of the platform.
         ahead = STEP_NS if self.world.phase is Phase.RIDING else 0
         transforms = []
         for time in self.step_clock.due(now + ahead, start):

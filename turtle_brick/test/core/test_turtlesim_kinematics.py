@@ -16,7 +16,7 @@ Test turtlesim_kinematics with examples and with recordings of turtlesim.
 
 A recording contains every published pose and the publication time of each command. The arrival
 times of the commands are known only to within a few milliseconds. The test therefore tries every
-possible order of commands, calls and ticks. One order must reproduce every recorded pose
+possible order of commands, calls and ticks. One of these orders must reproduce every recorded pose
 exactly.
 """
 

@@ -68,7 +68,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) of positions from the first one, or 0 without positions."""
+    """Return the maximum distance (m) between the first position and any other position."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
@@ -255,14 +255,14 @@ def brick_hovers(record: Record) -> Finding:
 
 
 class MeasuredFall(NamedTuple):
-    """A fall from rest that is fitted to the recorded transforms of a brick."""
+    """A model of a fall from rest, fitted to the recorded transforms of a brick."""
 
     drop: DropWatch
     begin: float  # Start time (s) of the fall, relative to the last transform before the fall.
     times: Array  # Times (s) since the start.
     depths: Array  # Distances (m) of the brick below its starting position.
     acceleration: float
-    off: float  # Maximum deviation (m) of the depths from the fit, if stamps may be a step off.
+    off: float  # Maximum deviation (m) of the depths from the fit.
     aside: Array  # Horizontal distances (m) of the brick from its starting position.
 
 

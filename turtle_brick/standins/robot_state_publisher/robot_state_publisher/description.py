@@ -193,7 +193,7 @@ def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
     """
     robot = parse_xml(urdf).find('robot')
     if robot is None or 'name' not in robot.attrib or robot.get('version', '1.0') != '1.0':
-        raise ValueError('robot_description has no <robot> with a name and version 1.0')
+        raise ValueError('robot_description must contain a <robot> with a name and version 1.0')
     materials, links, elements = (
         by_name(robot.findall(tag)) for tag in ('material', 'link', 'joint'))
     used = [*materials.values(), *robot.iterfind('link/visual/material')]
