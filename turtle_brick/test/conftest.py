@@ -63,8 +63,9 @@ def is_standin(package: str) -> bool:
     return False
 
 
-LONGEST = ('test_pages', 'test_ros2cli_standin', 'test_chaos', 'test_launch_standin',
-           'test_launch_files', 'test_website', 'test_referee_live', 'test_viewer_browser')
+LONGEST = ('test_pages', 'test_launch_standin', 'test_rules', 'test_website',
+           'test_ros2cli_standin', 'test_workspaces', 'test_chaos', 'test_launch_files',
+           'test_referee_live', 'test_viewer_browser')
 """The slowest test files, ordered so that few live graphs run at the same time."""
 
 EXCLUDED = excluded_files()
