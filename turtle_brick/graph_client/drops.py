@@ -32,7 +32,7 @@ LANDING_NS = 40_000_000
 FLOATING_NS = 150_000_000
 """Time (ns) without motion after which a brick that slid on the platform counts as floating."""
 MIN_SLIDE = 0.02
-"""Minimum distance (m) between the landing point of a brick and the point where it floats."""
+"""Distance (m) that a brick must slide on the tilted platform before it can count as floating."""
 TILTED, LEVEL = 0.05, 0.02
 """Minimum inclination of a tilted platform and maximum inclination of a level platform (rad)."""
 MARGIN = 0.15

@@ -24,7 +24,7 @@ Vector = tuple[float, float, float]
 Array = NDArray[numpy.float64]
 
 ARENA_SIZE = 499.0 / 45.0
-"""Side length (m) of the arena (500 turtlesim pixels minus one, at 45 pixels per meter)."""
+"""Side length (m) of the arena (499 turtlesim pixels at 45 pixels per meter)."""
 CENTER = (ARENA_SIZE / 2.0, ARENA_SIZE / 2.0)
 """Center (m) of the arena, where turtlesim places the first turtle."""
 UPRIGHT: Array = numpy.eye(3)

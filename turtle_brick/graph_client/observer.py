@@ -275,7 +275,7 @@ class Observer(Node):
         return True
 
     def recognize_names(self) -> None:
-        """Replace names of missing topics, services and frames with similar names in the graph."""
+        """In the profile, replace names missing from the graph with similar names in the graph."""
         record, types = self.record, dict(self.get_topic_names_and_types())
         published = {topic: types.get(topic, []) for topic in record.publishers}
         subscribed = {topic: kinds for topic, kinds in types.items()

@@ -25,7 +25,7 @@ import threading
 END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
-"""Pattern for a failed process, with groups for its label (name-number), name and exit status."""
+"""Pattern for a "process has died" message, with groups for process label, name and exit code."""
 STOPPED = (-signal.SIGINT, -signal.SIGTERM)
 """Exit codes of processes that ros2 launch stopped."""
 TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)

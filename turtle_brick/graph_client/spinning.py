@@ -27,7 +27,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
-"""Timeout (s) of spin_once. A constant timeout makes the executor serve all nodes in turn."""
+"""Timeout (s) of each spin_once call. With varying timeouts, the executor could starve nodes."""
 INTERRUPTED = Event()
 """Event that Ctrl-C and SIGTERM set after handle_interrupts has been called."""
 

@@ -49,7 +49,7 @@ class View(NamedTuple):
     """A camera direction, and optional points that must stay in view."""
 
     direction: Vector
-    """Direction in the world frame. A vertical direction is not allowed."""
+    """View direction (not vertical) in the world frame."""
     fixed_points: Sequence[Vector] = ()
     """Points (m) to keep visible. Without points, the camera follows the robot and the brick."""
 

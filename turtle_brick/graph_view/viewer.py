@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-viewer: show a running graph in a browser, also as the stand-in for rviz2.
+viewer: show a running graph in a browser. The viewer is also the stand-in for rviz2.
 
 The node updates the page 30 times per second. Any node on any machine can publish on the topics
 below. The content of the page is defined in page.py. The options are those of rviz2: -d FILE for a
@@ -156,7 +156,6 @@ class Viewer(Node):
                 self._clients_by_name[name] = self.create_client(load_type(service_types[0]), name)
 
     def _connect_tilt(self, topic: str, type_name: str) -> None:
-        """Publish and subscribe to tilt messages. Their first float field is the angle."""
         with suppress(LookupError, StopIteration):
             tilt_type = load_type(type_name)
             self._tilt_field = next(

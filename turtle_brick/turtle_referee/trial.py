@@ -125,7 +125,7 @@ class Trial(GraphClient):
         return True
 
     def is_empty(self) -> bool:
-        """Return whether no graph was found. TF is ignored because namespaces may share it."""
+        """Return whether no graph was found (TF may come from other graphs and does not count)."""
         return not any(self.record.topics.values()) and not self.has_service('place')
 
     def read_numbers(self) -> None:

@@ -68,7 +68,7 @@ DELETE_ACTIONS = (2, 3)
 
 
 def max_motion(positions: Iterable[Any]) -> float:
-    """Return the maximum distance (m) between the first position and any other position."""
+    """Return the maximum distance (m) of the given positions from the first of them."""
     positions = list(positions)
     return largest(dist(position, positions[0]) for position in positions)
 
@@ -396,7 +396,7 @@ def brick_has_the_angle(record: Record) -> Finding:
 
 
 def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[float, Plot]:
-    """Return a slide's deviation (m) from the double integral of g sin(angle), and a plot."""
+    """Return the maximum deviation (m) of a slide from frictionless motion, and a plot of both."""
     steepest = max((platform for _, _, platform in track), key=inclination)
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
     measured = numpy.array([platform.locate(brick.position)[:2] @ downhill
@@ -466,7 +466,7 @@ def brick_floats(record: Record) -> Finding:
 
 def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
               ) -> list[DropWatch]:
-    """Return all relevant drops in which the brick landed, or raise Open if there are none."""
+    """Return all completed drops that satisfy `is_relevant`, or raise Open if there are none."""
     landed = require_data([drop for drop in dropped(record) if drop.down is not None],
                           'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
@@ -503,7 +503,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers, or raise Failed or Open if there are none."""
+    """Return "Unreachable" markers. If none exist, raise Failed if one is required, or Open."""
     found = [received for received in record.markers
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):

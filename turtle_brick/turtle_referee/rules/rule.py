@@ -194,7 +194,7 @@ def require(value: Value | None, fault: str) -> Value:
 
 
 def require_clear(record: Record, *names: str) -> None:
-    """Raise Open if any of the given topics, services or frames could not be used."""
+    """Raise Open if the referee could not use one of the given topics, services or frames."""
     for name in names:
         if name in record.unclear:
             raise Open(record.unclear[name])

@@ -14,8 +14,8 @@
 """
 Read the joints of a robot from a URDF, following the rules of urdfdom 4.0.2.
 
-An invalid joint, a duplicate name or a second root link is an error. Other invalid parts of
-links and materials cause only a warning, because no transform depends on them.
+An invalid joint, a duplicate name or a second root link is an error. Invalid shapes,
+inertias and materials cause only a warning, because no transform depends on them.
 """
 
 from collections.abc import Callable, Iterable

@@ -69,7 +69,7 @@ class RobotStatePublisher(Node):
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._joints = parse(description, self.get_logger().warning)
         self._published: dict[str, int] = {}
-        """Timestamp (ns) of the last processed joint state, by joint name."""
+        """Timestamp (ns) of the last processed position of each joint, keyed by joint name."""
 
         self._tf_publisher = self.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
         self._static_publisher = self.create_publisher(TFMessage, '/tf_static', latched)
@@ -107,7 +107,6 @@ class RobotStatePublisher(Node):
         return True
 
     def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
-        """Return (joint, position index, factor, offset) for each moving joint."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))

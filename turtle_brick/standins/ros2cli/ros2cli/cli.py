@@ -49,7 +49,7 @@ TYPES = {'int': int, 'float': float, 'positive': positive, 'left out': LeftOut}
 
 
 def add_arguments(parser, arguments):
-    """Add arguments to a parser. Arguments in a nested list are mutually exclusive."""
+    """Add arguments to a parser. Each list within `arguments` is a mutually exclusive group."""
     for each in arguments:
         if isinstance(each, list):
             add_arguments(parser.add_mutually_exclusive_group(), each)

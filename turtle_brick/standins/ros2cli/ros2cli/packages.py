@@ -62,7 +62,7 @@ def pkg_prefix(args):
 
 
 def requested_kinds(args):
-    """Return the requested interface kinds (default: all), keyed by heading."""
+    """Return the requested interface kinds (default: all), for example {'Messages': 'msg'}."""
     kinds = {'Messages': 'msg', 'Services': 'srv', 'Actions': 'action'}
     return {heading: kind for heading, kind in kinds.items()
             if getattr(args, f'only_{kind}s')} or kinds

@@ -122,7 +122,7 @@ class Cache:
             self._entries.clear()
 
     def insert(self, time: int, entry: Entry) -> bool:
-        """Add a transform unless it is a duplicate. Return False if the transform is too old."""
+        """Add a transform, or return False if it is `max_age` older than the latest transform."""
         if self.static:
             self._times, self._entries = [0], [entry]
             return True
@@ -209,7 +209,7 @@ class BufferCore:
     def __init__(self, cache_time: Duration | None = None) -> None:
         self._cache_time = nanoseconds_of(cache_time or Duration(seconds=10))
         self._frames: dict[str, Cache | None] = {}
-        """Transforms to the parent frame, keyed by frame name (None if there is no parent)."""
+        """Transform cache of each frame, keyed by frame name (None if the frame has no parent)."""
         self._changed = Condition()
         """Condition that is notified when a transform is added. Its lock protects the frames."""
 
@@ -318,7 +318,7 @@ class BufferCore:
                 f'{problem}')
 
     def _between(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return the lookup time (ns) and the pose of the source frame in the target frame."""
+        """Return the time (ns) and value of the pose of the source frame in the target frame."""
         if time == 0:
             time = self._latest_common_time(target, source)
         top, of_source, source_gap = self._climb(source, target, target, time)
@@ -338,7 +338,7 @@ class BufferCore:
 
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
-        """Return the last ancestor reached, the frame's pose in this ancestor, and any error."""
+        """Climb to an ancestor. Return the ancestor, the pose of `frame` in it, and any error."""
         pose = _IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]

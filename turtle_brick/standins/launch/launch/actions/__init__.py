@@ -142,7 +142,7 @@ class EventHandler:
 
 
 def event_handler(name, *kinds):
-    """Create an event handler class with the given arguments, such as 'on_exit'."""
+    """Create an event handler class for the given kinds of events, such as 'on_exit'."""
     return type(name, (EventHandler,), {'kinds': kinds})
 
 
@@ -344,7 +344,7 @@ class ExecuteProcess(Action):
 
 
 class _Stream:
-    """The output of a process on stdout (index 0) or stderr (index 1), split into lines."""
+    """The output lines of a process on stdout or stderr."""
 
     def __init__(self, process, index, end):
         os.set_blocking(end, False)

@@ -44,7 +44,7 @@ NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_argu
 
 
 def arguments(function):
-    """Return the argument names that launch files may contain, and those that are required."""
+    """Return the arguments of a function that launch files can set, and the required ones."""
     found = {name: each for name, each in inspect.signature(function).parameters.items()
              if name not in NOT_IN_FILES}
     return list(found), [name for name, each in found.items() if each.default is each.empty]
