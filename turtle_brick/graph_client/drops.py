@@ -72,7 +72,7 @@ class DropWatch:
 
     @property
     def decided(self) -> int | None:
-        """Return the time (ns) of the first goal or "Unreachable" marker, or None without either."""
+        """Return the time (ns) of the first goal or "Unreachable" marker, or None."""
         return min(filter(None, (self.goal, *self.refusals)), default=None)
 
     def update(self) -> None:

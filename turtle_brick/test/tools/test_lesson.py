@@ -17,18 +17,22 @@
 import pytest
 from turtle_brick.core import driving
 from turtle_brick.core.parameters import load
-from turtle_brick.tools.lesson import __main__ as lesson
-from turtle_brick.tools.lesson import queueing
 
 
-def test_the_named_parts_are_printed_and_drawn(tmp_path, capsys):
+@pytest.fixture(scope='module')
+def lesson():
+    from turtle_brick.tools.lesson import __main__  # Importing matplotlib takes half a second.
+    return __main__
+
+
+def test_the_named_parts_are_printed_and_drawn(lesson, tmp_path, capsys):
     assert lesson.main(['rolling', '--output', str(tmp_path / 'new')]) == 0
     assert [file.name for file in (tmp_path / 'new').iterdir()] == ['lesson-rolling.png']
     printed = capsys.readouterr().out
     assert printed.startswith('rolling:\n') and 'one turn is 1.257 m' in printed
 
 
-def test_invalid_input_gives_one_sentence(tmp_path, capsys):
+def test_invalid_input_gives_one_sentence(lesson, tmp_path, capsys):
     with pytest.raises(SystemExit, match='2'):
         lesson.main(['flying'])
     assert "'flying' (choose from" in capsys.readouterr().err
@@ -39,10 +43,10 @@ def test_invalid_input_gives_one_sentence(tmp_path, capsys):
 @pytest.mark.parametrize(('braking_time', 'overshoots'), [(driving.BRAKING_TIME, True),
                                                           (0.2, False)])
 def test_a_controller_without_prediction_overshoots_with_a_high_gain(
-        monkeypatch, braking_time, overshoots):
+        lesson, monkeypatch, braking_time, overshoots):
     """Exercise 3 describes these overshoots."""
     monkeypatch.setattr(driving, 'BRAKING_TIME', braking_time)
     driver = driving.Driver(load().max_velocity)
     driver.predicts = False
-    overshoot = max(beyond for _, beyond in queueing.approach(driver, load()))
+    overshoot = max(beyond for _, beyond in lesson.queueing.approach(driver, load()))
     assert overshoot > 0.05 if overshoots else overshoot < 5e-4
