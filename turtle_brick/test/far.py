@@ -53,10 +53,10 @@ from turtle_brick.tools.graph import Graph
 HERE = Path(__file__).resolve()
 
 CLONE_NEWNET = 0x40000000
-"""Flag for a new network namespace. See unshare(2)."""
+"""Flag for a new network namespace, documented in unshare(2)."""
 
 TUNSETIFF, SIOCSIFFLAGS, SIOCSIFADDR, SIOCSIFNETMASK = 0x400454ca, 0x8914, 0x8916, 0x891c
-"""Requests for ioctl. See netdevice(7) and the Linux header if_tun.h."""
+"""Request codes for ioctl, from netdevice(7) and the Linux header if_tun.h."""
 
 TAP_WITHOUT_HEADER, UP, MULTICAST = 0x1002, 0x1, 0x1000
 """Flags of a network interface."""

@@ -62,7 +62,7 @@ CALM_TIMEOUT = 5.0
 """Time (s) after which LiveGraph.rates() stops repeating interrupted measurements."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
-"""Requests of a short trial. Even on a busy machine, the robot can catch the IN_REACH brick."""
+"""Requests of a short trial whose second brick can be caught even on a busy machine."""
 
 
 class Recording:
@@ -191,7 +191,7 @@ def observe(graph: Graph, log: Callable[[str], Any] = lambda text: None, **optio
 
 
 def results(record: Record) -> dict[str, dict[str, str]]:
-    """Judge a record, and return the results grouped by FAILED, OPEN and MET."""
+    """Judge a record, and return the results grouped by mark (FAILED, OPEN or MET)."""
     found: dict[str, dict[str, str]] = {FAILED: {}, OPEN: {}, MET: {}}
     for one in RULES.judge(record):
         found[one.mark][one.name] = one.measured

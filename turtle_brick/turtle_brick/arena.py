@@ -62,7 +62,7 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 MARKER_PERIOD = 1.0
-"""Interval (s) between brick markers, repeated because rviz2 ignores markers in unknown frames."""
+"""Interval (s) for republishing the brick marker, which rviz2 ignores in an unknown frame."""
 
 WALL_THICKNESS = 0.1
 """Thickness (m) of the walls."""

@@ -46,7 +46,7 @@ STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
 
 CONTACT_TOLERANCE = 1e-9
-"""Height tolerance (m) that allows a brick to land after a release at its resting height."""
+"""Height tolerance (m) for the landing of a brick that touches the platform when released."""
 
 MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal of a platform that supports a brick."""

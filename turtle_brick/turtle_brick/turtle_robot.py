@@ -19,8 +19,8 @@ Units and axes follow REP 103. The frames follow REP 105, with world instead of 
 
 Publishes at 100 Hz, even while the robot is at rest:
     cmd_vel (geometry_msgs/Twist): velocity command (m/s) in the base_link frame; zero if the
-        robot is at its goal, has no goal, or has no current turtle pose. The launch files remap
-        this topic to turtle1/cmd_vel, the command topic of turtlesim.
+        robot is at its goal or has no goal, or if no turtle pose has arrived for 0.25 s. The
+        launch files remap this topic to turtle1/cmd_vel, the command topic of turtlesim.
     odom (nav_msgs/Odometry): pose of base_link in the odom frame, and the latest command as the
         twist; published after the first turtle pose has arrived
     joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:

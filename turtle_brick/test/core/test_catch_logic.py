@@ -315,7 +315,6 @@ def test_clock_set_back_resets_the_catcher(state):
 
 
 def test_goal_is_published_again_if_it_is_lost_or_overridden():
-    """The catcher repeats its goal after the robot has reached another goal."""
     bench = CatchBench()
     bench.drop(6.5, 6.0, REST_Z + 0.5 * GRAVITY * 1.3 ** 2)
     for count in (1, 2, 3):

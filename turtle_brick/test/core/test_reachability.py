@@ -33,7 +33,7 @@ LATENCY = PARAMETERS.command_latency
 
 
 def decide(x, y, z, robot=RobotState(5.0, 5.0), speed=0.0, delay=0.0):
-    """Return the decision about a fall that was observed `delay` (s) ago."""
+    """Return the decision made `delay` seconds after the falling brick was observed at x, y, z."""
     return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
                                robot, PARAMETERS)
 
@@ -125,7 +125,7 @@ def test_decision_follows_the_formula_and_keeps_the_guarantee(
 
 
 def test_braking_loss_is_the_time_that_the_exponential_approach_adds():
-    """In each BRAKING_TIME, a braking robot reduces its distance to the goal by a factor of e."""
+    """The distance from a braking robot to its goal decays with the time constant BRAKING_TIME."""
     radius = BRAKING_TIME * 3.0 / e
     assert braking_loss(e * radius, 3.0) == 0.0
     assert braking_loss(radius, 3.0) == pytest.approx(BRAKING_TIME / e)

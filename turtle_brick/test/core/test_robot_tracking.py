@@ -86,7 +86,7 @@ def test_platform_is_level_without_an_inclination_and_recent_tilt_commands():
     (0.19, 0.2, 5.01, 0.0)],
     ids=('late', 'observed late', 'barely late', 'near goal'))
 def test_response_time_of_a_late_robot_is_measured(still, moved, goal, measured):
-    """A late robot is observed at rest more than LATENCY seconds after its goal is published."""
+    """A robot is late if it is still at rest LATENCY seconds after a goal is published."""
     tracker = resting_tracker()
     tracker.record_goal(seconds(2.0), (goal, 5.0))
     observe(tracker, 2.0 + still)

@@ -149,7 +149,7 @@ def test_running_instead_of_sourcing_is_refused():
 
 @pytest.fixture
 def unbuilt(tmp_path):
-    """Return the path of env.bash in an unbuilt workspace, and a folder with a few programs."""
+    """Return the path of env.bash in an unbuilt workspace, and a program folder without Python."""
     shutil.copytree(SCRIPTS, tmp_path / 'workspace' / 'turtle_brick' / 'scripts')
     tools = tmp_path / 'tools'
     tools.mkdir()

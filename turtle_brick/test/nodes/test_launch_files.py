@@ -101,7 +101,7 @@ CASES = {
 
 @pytest.fixture(scope='module')
 def reports(tmp_path_factory):
-    """Run the Python and XML launch files with fake programs, and return their reports' folder."""
+    """Run the Python and XML launch files with fake programs, and return the report folder."""
     top = tmp_path_factory.mktemp('prefix')
     index = top / 'share' / 'ament_index' / 'resource_index' / 'packages'
     index.mkdir(parents=True)

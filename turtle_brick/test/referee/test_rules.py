@@ -60,7 +60,7 @@ URDF = xacro.process_file(str(Path(__file__).parents[2] / 'urdf/turtle.urdf.xacr
                           mappings={'params_file': str(default_path())}).toxml()
 
 OFFSET = 0.1
-"""Downhill distance (m) from the platform axis to the point where the brick lands."""
+"""Distance (m) from the platform center to the brick's landing point, in the sliding direction."""
 
 FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
 """Starting positions (m) of a brick beside the robot and of a brick above its platform."""
@@ -331,7 +331,7 @@ def change_request(record, name, **changes):
 
 
 def turn_late(record, seconds):
-    """Make the stem point in the wrong direction until a given time (s)."""
+    """Make the robot's stem point in the wrong direction until `seconds` after BEGIN."""
     for received in record.messages('joint_states', at(-0.5), at(seconds)):
         received.message.position[0] += 1.0
 

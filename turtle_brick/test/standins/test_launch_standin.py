@@ -345,7 +345,7 @@ def by_source(text):
 
 
 def without_end_status(text):
-    """Hide the exit status of `wait`, because SIGINT may arrive while Python is starting."""
+    """Hide the exit status of `wait`, which differs if SIGINT arrives while Python is starting."""
     text = re.sub(r".*\[wait-1\]: (process.* failed to|sending signal 'SIGTERM').*\n", '', text)
     return re.sub(
         r'\[\w+\] (\[wait-\d\]: process has )(finished cleanly|died).*', r'\1ended', text)

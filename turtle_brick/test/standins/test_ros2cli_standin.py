@@ -79,7 +79,7 @@ def files(tmp_path_factory):
 
 
 def complete(turtlesim):
-    """Add the topic and the action that the stand-in for turtlesim does not provide."""
+    """Give the turtlesim stand-in the topic and the action that only real turtlesim provides."""
     turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
     ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
 

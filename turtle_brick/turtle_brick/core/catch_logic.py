@@ -175,7 +175,7 @@ class Catcher:
 
     @property
     def undecided_fall(self) -> Fall | None:
-        """Get the current fall if `update` has not made a `Decision` for it, otherwise None."""
+        """Get the current fall, or None if there is no fall that still needs a decision."""
         fall = self.brick.fall
         return None if self.decision is not None and self.decision.fall is fall else fall
 

@@ -54,7 +54,7 @@ START_DISTANCE = 0.003
 """Distance (m) from the goal at which a stopped turtle starts moving again."""
 
 HIDDEN_COMMANDS = round((POSE_TIMEOUT + COMMAND_DELAY) / COMMAND_PERIOD)
-"""Maximum number of commands used to predict the position."""
+"""Maximum number of recent commands used to predict the turtle's position."""
 
 
 class Driver:
@@ -70,7 +70,7 @@ class Driver:
         self.stem_angle = 0.0
         """Direction (rad) of the last nonzero command in the turtle's frame."""
         self.predicts = True
-        """Whether to predict the position instead of using the latest pose."""
+        """Whether to compute commands for the turtle's predicted position, not its latest pose."""
         self.pose: TurtlePose | None = None
         """Latest pose of the turtle in the world frame."""
         self._pose_time = 0.0
@@ -91,8 +91,8 @@ class Driver:
         """
         Return and record the velocity (m/s, in the turtle's frame) to publish at `now` (s).
 
-        Call this method at 100 Hz. The velocity is zero if the turtle is at its goal, has no goal,
-        or has no recent pose.
+        Call this method at 100 Hz. The velocity is zero if the turtle is at its goal or has no
+        goal, or if no pose has been observed for POSE_TIMEOUT seconds.
         """
         velocity = (0.0, 0.0)
         if self.goal and self.pose and now - self._pose_time <= POSE_TIMEOUT:

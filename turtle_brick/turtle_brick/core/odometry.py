@@ -17,8 +17,8 @@ Compute the wheel odometry from the poses published by turtlesim. The frames fol
 
 The wheel rolls without slipping, so its angle is the robot's path length divided by the wheel
 radius. The path length is the integral of the forward velocity, computed as the sum of the
-distances between consecutive poses. The wheel angle is therefore correct even at a wall and after
-a lost pose. A teleport does not turn the wheel.
+distances between consecutive poses. The wheel angle is therefore correct even if the turtle
+hits a wall or a pose message is lost. A teleport does not turn the wheel.
 """
 
 from math import hypot
@@ -27,7 +27,7 @@ from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
-"""Minimum motion (m) that cannot be a rounding error in float32 coordinates."""
+"""Minimum distance (m) between two poses that cannot be a float32 rounding error."""
 
 
 class Odometer:
@@ -69,5 +69,5 @@ class Odometer:
         if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
-        # path / TICK is too high after a lost pose, and linear_velocity is too high at a wall.
+        # path / TICK is too high after a lost message, and linear_velocity is too high at a wall.
         self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius

@@ -24,8 +24,8 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
 - Braking costs extra time (braking loss) only if the braking distance exceeds platform_radius.
-- A moving robot first executes the commands already sent. The distance from a moving robot to the
-  brick is therefore assumed to be longer by max_velocity * command_latency.
+- A moving robot first executes the commands already sent. The calculation therefore increases the
+  robot's distance to the brick by max_velocity * command_latency.
 - A robot at rest whose level platform is already under the brick needs no time.
 
 All timestamps (ns) come from the same clock.
@@ -43,7 +43,7 @@ from turtle_brick.core.turtlesim_kinematics import within_arena
 
 DETECTION_TIME = 0.02
 """Maximum time (s) from the release of a brick to the catcher's decision. The catcher detects
-the fall when it receives the brick's third position, at most 12 ms after the release."""
+the fall from three consecutive brick positions, at most 12 ms after the release."""
 
 
 class Decision(NamedTuple):
@@ -105,7 +105,7 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
 
 def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Parameters) -> float:
-    """Return the maximum time (s) that the level platform needs to reach a point."""
+    """Return the maximum time (s) from a decision until the level platform is under a point."""
     distance = robot.distance_to(point)
     if not robot.is_at_rest:
         return drive_time(distance + parameters.max_velocity * parameters.command_latency,

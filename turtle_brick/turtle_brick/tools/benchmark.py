@@ -24,9 +24,9 @@ The machine must be otherwise idle. The measurements are taken as follows:
 * Message intervals are measured in another idle period, with the client connected. An interval is
   the difference between consecutive source timestamps, which the publisher's middleware sets.
 * Reaction times are measured from the release of the brick. At the release, the robot is at rest
-  at a random distance from the brick and must drive to catch the brick. The release time is the
-  timestamp of the last brick position before the fall. The decision time is the publication time
-  of the catcher's goal. The motion time is the publication time of the first changed turtle pose.
+  at a random distance from the brick and must drive to catch it. The release time is the timestamp
+  of the last brick position before the fall. The decision time is the publication time of the
+  catcher's goal. The motion time is that of the first turtle pose that shows motion.
 """
 
 import argparse
@@ -138,7 +138,7 @@ def graph_processes(launch: psutil.Process) -> dict[str, psutil.Process]:
 
 def processor_usage(nodes: dict[str, psutil.Process],
                     action: Callable[[], Any]) -> dict[str, float]:
-    """Return the average number of cores used by each process during an action."""
+    """Return the average number of processor cores that each process uses while `action` runs."""
     def used_times() -> dict[str, float]:
         return {name: sum(process.cpu_times()[:2]) for name, process in nodes.items()}
 
@@ -149,7 +149,7 @@ def processor_usage(nodes: dict[str, psutil.Process],
 
 
 def measure(seconds: float, drop_count: int) -> dict[str, Any]:
-    """Return the results for two idle periods (`seconds` each) and `drop_count` drops."""
+    """Measure the graph during two idle periods (`seconds` each) and `drop_count` drops."""
     parameters, random = load(), Random(1)
     make_observer = partial(Observer, name='benchmark',
                             profile=Profile.from_parameters(parameters))

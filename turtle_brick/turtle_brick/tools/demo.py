@@ -62,11 +62,11 @@ HOVERING_TIME = 1.0
 """Duration (s) for which each brick hovers before the drop, so that users can see the brick."""
 
 DISCOVERY_TIME = 5.0
-"""Time (s) for discovering other nodes in a domain. Discovery usually takes less than 1 s, but a
+"""Time (s) to wait for the discovery of other robots. Discovery usually takes less than 1 s, but a
 lost announcement is repeated only after 3 s."""
 
 KEPT_MESSAGES = 1000
-"""Maximum number of messages kept per topic when a drop starts, enough for at least 4 s."""
+"""Maximum number of earlier messages kept per topic when a drop starts."""
 
 FIRST_PORT = 8080
 """Port of the first arena's viewer. Each additional arena uses the next higher port number."""
@@ -110,7 +110,7 @@ def check_for_other_robots(namespaces: Sequence[str]) -> None:
 
 
 def faults(watch: DropWatch, guaranteed: float) -> list[str]:
-    """Return the faults in a drop, given the maximum distance (m) of a guaranteed catch."""
+    """Return the faults in a drop, given the `guaranteed_distance` (m) for the brick."""
     found = []
     if watch.down is None:
         found.append('the brick did not land')
@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a random brick position (m). `nearest` and `farthest` are relative distances."""
+    """Return a position (m). `nearest` and `farthest` are multiples of `guaranteed_distance`."""
     robot = client.robot_position()
     assert robot is not None
     while True:

@@ -71,7 +71,7 @@ STYLE: dict[Any, Any] = {
 MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
     (0.0, '#5c1f1a'), (0.25, '#b5452f'), (0.5, '#f7b36b'),
     (0.5, '#a5dcc4'), (0.75, '#3a8fb7'), (1.0, '#183a6b')])
-"""Colormap in which refused bricks have values below 0.5, and caught bricks above 0.5."""
+"""Colormap for `Decision.margin`: red to orange for refused, green to blue for caught bricks."""
 
 FINE_DASHES = (0, (2, 2))
 
@@ -91,7 +91,7 @@ def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
 
 
 def distance_without_latency(height: float, parameters: Parameters) -> float:
-    """Return the reach (m) of a robot without latency during a fall from a given height (m)."""
+    """Return the maximum distance (m) to a brick that a robot without latency could catch."""
     return parameters.max_velocity * fall_time(height, parameters) + parameters.platform_radius
 
 
@@ -155,7 +155,7 @@ def _draw_limits(axes: Axes, heights: Sequence[float], parameters: Parameters) -
 
 def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Parameters,
              path: Path) -> None:
-    """Plot positions, speeds and tilt angles during one simulated drop over time."""
+    """Plot the motion of the brick, robot and platform against time for one simulated drop."""
     time = [sample.time for sample in samples]
     with new_figure(path, 8.6, 9.4) as figure:
         strip, height, distance, speed, tilt = figure.subplots(

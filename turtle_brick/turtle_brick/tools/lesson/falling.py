@@ -65,7 +65,7 @@ def closed_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
 
 
 def closed_slide(time: np.ndarray, parameters: Parameters) -> np.ndarray:
-    """Return the sliding distances g sin(angle) t^2 / 2 (m) at given times (s) after the tilt."""
+    """Return sliding distances g sin(angle) t^2 / 2 (m) at times (s) after the slide starts."""
     return 0.5 * parameters.gravity_accel * sin(parameters.tilt_angle) * time ** 2
 
 
@@ -102,7 +102,7 @@ def report(parameters: Parameters) -> Iterator[str]:
 
 
 def draw(parameters: Parameters, path: Path) -> None:
-    """Plot a simulated fall and slide, their closed-form solutions, and the height errors."""
+    """Plot a simulated fall and slide, their exact solutions, and the errors in brick height."""
     with new_figure(path, 7.6, 5.6) as figure:
         (height, side), (error, distance) = figure.subplots(
             2, 2, height_ratios=(1.7, 1.0), width_ratios=(1.0, 1.15))

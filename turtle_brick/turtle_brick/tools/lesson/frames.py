@@ -29,7 +29,7 @@ from turtle_brick.tools.plots import FAINT, INK, new_figure, ROBOT
 from turtle_brick.tools.simulation import Simulation
 
 START = (3.0, 2.0, radians(30.0))
-"""Initial pose (m, rad) of the robot in the world frame. The odom frame has the same pose."""
+"""Initial pose (m, rad) of the robot in the world frame. This pose defines the odom frame."""
 
 CORNERS = ((9.0, 3.0), (7.0, 8.5), (2.5, 6.0))
 """Goals (m) of the robot in the world frame, in driving order."""
