@@ -85,7 +85,7 @@ class Process(AbstractContextManager['Process']):
         self._output_changed = threading.Condition()
         self._bytes = b''
         self._closed = False
-        # Without a display, turtlesim draws its window into memory.
+        # Without a display, turtlesim renders its window off-screen.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         # In a new session, the program does not receive SIGINT when Ctrl-C is pressed.
         self._popen = subprocess.Popen(

@@ -67,7 +67,7 @@ class Sample(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A drive of the robot, with start and end times (ns) and start and goal positions (m)."""
+    """A robot drive, with start and end times (ns) and start and goal positions (m)."""
 
     begin: int
     end: int

@@ -249,7 +249,7 @@ class Page:
 
     def _find_drawn_time(self) -> int:
         """
-        Return the latest time (ns) at which all robot and brick poses are known (0 without poses).
+        Return the latest time (ns) at which all robot and brick poses are known, or 0.
 
         If each object were drawn at its own latest time, objects that move together would appear
         separated. Poses more than MAX_AGE_NS older than the newest pose are ignored.

@@ -56,7 +56,7 @@ TIMEOUT = 120.0
 """Timeout (s) for events that occur immediately on an idle machine."""
 
 MAX_PAUSE = 0.015
-"""Pause (s) between two spins above which a 100 Hz timer may skip a call."""
+"""Maximum pause (s) between two spins. After a longer pause, 100 Hz timers may skip calls."""
 
 CALM_TIMEOUT = 5.0
 """Time (s) after which LiveGraph.rates() stops repeating interrupted measurements."""

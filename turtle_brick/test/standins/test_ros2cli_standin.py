@@ -348,11 +348,11 @@ def test_statistics_are_those_of_the_real_ros2(report):
     ('topic echo /odom --raw',
      'this stand-in for ros2cli does not support ros2 topic echo --raw'),
     ('pkg xml turtle_brick -h',
-     'ros2 pkg xml is not in this stand-in: use `cat $(ros2 pkg prefix --share PACKAGE)/'
+     'ros2 pkg xml is not supported by this stand-in: use `cat $(ros2 pkg prefix --share PACKAGE)/'
      'package.xml`'),
     ('bag record -a',
-     'ros2 bag is not in this stand-in: use `ros2 topic echo --csv TOPIC > FILE` to record a '
-     'topic'),
+     'ros2 bag is not supported by this stand-in: use `ros2 topic echo --csv TOPIC > FILE` to '
+     'record a topic'),
     ('topic pub /x String', 'The passed message type is invalid'),
     ('service call /drop Trigger', 'The passed service type is invalid')])
 def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_graph_here,

@@ -120,12 +120,12 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         node.destroy_node()
 
     def add_turtlesim(self) -> Node | None:
-        """Add a holonomic turtlesim, and return its node if it is the stand-in."""
+        """Add a holonomic turtlesim to the graph, and return the node of the stand-in, if used."""
         return self._add_node_or_process('turtlesim', 'turtlesim_node', 'turtlesim_standin.node',
                                          'TurtleSimNode', {'holonomic': True})
 
     def add_robot_state_publisher(self) -> Node | None:
-        """Add robot_state_publisher, and return its node if it is the stand-in."""
+        """Add robot_state_publisher to the graph, and return the node of the stand-in, if used."""
         return self._add_node_or_process(
             'robot_state_publisher', 'robot_state_publisher', 'robot_state_publisher.node',
             'RobotStatePublisher', self.robot_parameters())

@@ -282,7 +282,7 @@ def falls(record: Record) -> list[MeasuredFall]:
             continue
         times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
         aside = numpy.array([dist(position[:2], hover) for _, position in track])
-        # In a fall from rest, the square root of the depth is a linear function of time.
+        # In a fall from rest, the square root of the fallen distance is a linear function of time.
         slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
         begin, acceleration = -float(offset / slope), float(slope) ** 2
         # A timestamp may be the time of a timer callback, which can be late on any machine.

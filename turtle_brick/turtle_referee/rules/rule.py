@@ -36,7 +36,7 @@ NEAR = 0.01
 SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 BEFORE_NS = 100_000_000
-"""Time (ns) between the last evaluated pose and the next request."""
+"""Time (ns) between the last pose evaluated by a rule and the next request of the referee."""
 MAX_COUNT = 1000
 """Approximate maximum number of samples in one evaluation."""
 MET, FAILED, OPEN = '✔', '✗', '–'

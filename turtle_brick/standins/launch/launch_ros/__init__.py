@@ -147,7 +147,7 @@ def join_namespaces(base, namespace):
 
 
 def _collect(kind, context, *values):
-    # As in ROS, parameters or remappings added to an existing list are kept after a scoped group.
+    # As in ROS, the end of a scoped group does not undo changes to an existing list.
     context.launch_configurations.setdefault(kind, []).extend(values)
 
 

@@ -105,7 +105,7 @@ def parse(argv):
     words = [word for word in line if not word.startswith('-')]
     for name, instead in table['instead'].items():
         if f'{" ".join(words)} '.startswith(f'{name} '):
-            sys.exit(f'ros2 {name} is not in this stand-in: {instead}')
+            sys.exit(f'ros2 {name} is not supported by this stand-in: {instead}')
     add_commands(parser, '', words, table)
     if completing:
         argcomplete.autocomplete(

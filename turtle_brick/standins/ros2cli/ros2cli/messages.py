@@ -32,7 +32,7 @@ import yaml
 
 
 def interface(name, kind, problem):
-    """Return the class of an interface. `std_msgs/String` means `std_msgs/msg/String`."""
+    """Return the Python class of a ROS type. `std_msgs/String` means `std_msgs/msg/String`."""
     try:
         package, *middle, own_name = name.split('/')
         found = getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)

@@ -324,7 +324,7 @@ class BufferCore:
         top, of_source, source_gap = self._climb(source, target, target, time)
         if top == target:
             return time, of_source
-        # The path from the target may meet the path from the source before any gap in the latter.
+        # The path from the source may have a gap, but the paths may meet before this gap.
         end, of_target, gap = self._climb(target, source, top, time)
         if end == source:
             return time, invert(of_target)
