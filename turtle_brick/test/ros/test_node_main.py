@@ -157,8 +157,8 @@ def probe(live, values):
 def test_missing_parameters_are_reported_with_the_file_and_the_node(live):
     node = probe(live, {'max_velocity': 3.0})
     with pytest.raises(MissingParameterError, match=(
-            '^missing parameters: brick_size, .*. Add --ros-args --params-file .*, or if a '
-            'parameter file was given, add a section for the node /.*probe or for /')):
+            '^missing parameters: brick_size, .*. Add --ros-args --params-file .*, or if .* given'
+            ', check the spelling .* a section for the node /.*probe or for /')):
         declare_parameters(node)
 
 

@@ -33,7 +33,7 @@ DATA = Path(__file__).parents[1] / 'data' / 'tf2'
 URDF = (DATA / 'r2.urdf').read_text()
 RECORDINGS = [json.loads(path.read_text()) for path in sorted(DATA.glob('rsp_*.json'))]
 URDFS = json.loads((DATA / 'urdf_verdicts.json').read_text())
-"""URDFs, whether urdfdom 4.0.2 accepts them, and transforms recorded at joint positions of 0.5."""
+"""URDFs with the result of urdfdom 4.0.2 and transforms at joint positions of 0.5 (rad or m)."""
 
 NS_PER_SECOND = 1_000_000_000
 

@@ -44,5 +44,5 @@ def declare_parameters(node: Node) -> Parameters:
     except MissingParameterError as error:
         raise MissingParameterError(
             f'{error}. Add --ros-args --params-file {default_path()}, or if a parameter file was '
-            f'given, add a section for the node {node.get_fully_qualified_name()} or for /** to '
-            'that file.') from None
+            'given, check the spelling of the names in that file, and check that it contains a '
+            f'section for the node {node.get_fully_qualified_name()} or for /**.') from None

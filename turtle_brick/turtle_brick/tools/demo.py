@@ -129,7 +129,7 @@ def faults(watch: DropWatch, guaranteed: float) -> list[str]:
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
                  farthest: float) -> Vector:
-    """Return a position (m). `nearest` and `farthest` are multiples of `guaranteed_distance`."""
+    """Return a position (m). `nearest` and `farthest` are factors for `guaranteed_distance`."""
     robot = client.robot_position()
     assert robot is not None
     while True:
