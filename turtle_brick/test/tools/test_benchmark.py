@@ -66,9 +66,15 @@ def drive(period, moved):
             for time in range(-100_000_000, 200_000_000, period)]
 
 
-def test_reaction_times_ignore_messages_before_the_release():
+@pytest.fixture(scope='module')
+def plots():
+    from turtle_brick.tools import plots  # Importing matplotlib takes half a second.
+    return plots
+
+
+def test_reaction_times_ignore_messages_before_the_release(plots):
     ends = benchmark.reaction_times(recorded(), LEAD, END)
-    assert list(ends) == ['seen', 'decided', 'commanded', 'moved', 'known']
+    assert list(ends) == list(plots.LINKS)
     assert ends['seen'] == pytest.approx(0.0083)
     assert ends['decided'] == pytest.approx(DECIDED * 1e-9)
     assert ends['commanded'] == pytest.approx(COMMANDED * 1e-9)
@@ -90,11 +96,10 @@ def test_processor_usage_is_the_used_time_per_elapsed_time():
     assert cores['arena'] == pytest.approx(3.0 * cores['catcher'])
 
 
-def test_report_and_figure_show_the_results(tmp_path):
+def test_report_and_figure_show_the_results(plots, tmp_path):
     cores = {name: 0.1 * (index + 1) for index, name in enumerate(NODES)}
     times = dict.fromkeys(('cmd_vel', 'world -> brick'), np.array([0.009, 0.010, 0.011]))
-    links = {'seen': 0.0081, 'decided': 0.0091, 'commanded': 0.0141, 'moved': 0.0831,
-             'known': 0.0871}
+    links = dict(zip(plots.LINKS, (0.0081, 0.0091, 0.0141, 0.0831, 0.0871)))
     found = {'idle': cores, 'catching': cores, 'intervals': times, 'latency': [links, links],
              'outcomes': {'caught': 12, 'missed': 1}}
     text = benchmark.report(found)
@@ -105,7 +110,6 @@ def test_report_and_figure_show_the_results(tmp_path):
     assert rows['world -> brick'][3] == '4.0'
     assert rows['first motion (pose of turtlesim)'][-3:] == ['83.1'] * 3
     assert '12 caught, 1 missed' in text
-    from turtle_brick.tools import plots  # Importing matplotlib takes half a second.
     plots.latency(found['latency'], tmp_path / 'latency.png')
     assert (tmp_path / 'latency.png').read_bytes().startswith(b'\x89PNG')
 
