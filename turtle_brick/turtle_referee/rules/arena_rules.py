@@ -286,10 +286,10 @@ def falls(record: Record) -> list[MeasuredFall]:
         slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
         begin, acceleration = -float(offset / slope), float(slope) ** 2
         # A timestamp may be the time of a timer callback, which can be late on any machine.
-        shallow, deep = (acceleration * (times - begin + shift) ** 2 / 2.0
-                         for shift in (-STEP, STEP))
+        elapsed = times - begin
+        shallow, deep = (acceleration * (elapsed + shift) ** 2 / 2.0 for shift in (-STEP, STEP))
         off = float(numpy.max(numpy.abs(depths - numpy.clip(depths, shallow, deep))))
-        found.append(MeasuredFall(drop, begin, times - begin, depths, acceleration, off, aside))
+        found.append(MeasuredFall(drop, begin, elapsed, depths, acceleration, off, aside))
     return require_data(found, 'no fall was long enough')
 
 
