@@ -108,7 +108,10 @@ async function start() {
   const readAddress = () => {
     const settings = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
     const unknown = Object.keys(settings).filter(name => !form.elements[name]);
-    if (unknown.length) return $('error').textContent = `unknown settings in the address: ${unknown.join(', ')}`;
+    if (unknown.length) {
+      $('error').textContent = `unknown settings in the address: ${unknown.join(', ')}`;
+      return;
+    }
     for (const [name, value] of Object.entries(settings)) {
       const field = form.elements[name];
       if (field.type === 'checkbox') field.checked = true;
