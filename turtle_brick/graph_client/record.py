@@ -238,7 +238,7 @@ class Record:
                 yield sample.stamp, brick
 
     def messages(self, topic: str, begin: int = 0, end: int | None = None) -> list[Received]:
-        """Return the messages on a topic with publication times from `begin` to `end` (ns)."""
+        """Return the messages published on a topic between `begin` and `end` (ns)."""
         return in_time_span(self.topics[topic], begin, end, attrgetter('published'))
 
     def joint(self, name: str, begin: int, end: int,

@@ -71,7 +71,7 @@ START_TIMEOUT = 60.0
 """Timeout (s) for starting and discovering the graph."""
 
 WARM_UP_TIME = 3.0
-"""Duration (s) for which the graph runs before the first measurement."""
+"""Time (s) for which the complete graph runs before the first measurement."""
 
 LEAD_TIME_NS = 100_000_000
 """Time (ns) from the start of the analyzed period to the drop request."""

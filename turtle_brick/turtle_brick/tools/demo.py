@@ -59,7 +59,7 @@ BROWSER_TIMEOUT = 8.0
 """Time (s) to wait for a browser to open the viewer page before the first drop."""
 
 HOVERING_TIME = 1.0
-"""Duration (s) for which each brick hovers before the drop, so that users can see the brick."""
+"""Time (s) for which each brick hovers before the drop, so that users can see the brick."""
 
 DISCOVERY_TIME = 5.0
 """Time (s) to wait for the discovery of other robots. Discovery usually takes less than 1 s, but a

@@ -65,7 +65,7 @@ def closed_fall(time: np.ndarray, parameters: Parameters) -> np.ndarray:
 
 
 def closed_slide(time: np.ndarray, parameters: Parameters) -> np.ndarray:
-    """Return sliding distances g sin(angle) t^2 / 2 (m) at times (s) after the slide starts."""
+    """Return the sliding distances (m), g sin(angle) t^2 / 2, at given times t (s)."""
     return 0.5 * parameters.gravity_accel * sin(parameters.tilt_angle) * time ** 2
 
 
