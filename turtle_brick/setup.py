@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Install the packages turtle_brick, graph_client, graph_view and turtle_referee."""
+"""Install the package turtle_brick."""
 
 from glob import glob
 
@@ -23,8 +23,7 @@ package_name = 'turtle_brick'
 setup(
     name=package_name,
     version='1.0.0',
-    packages=find_packages(include=[
-        f'{package_name}*', 'graph_client*', 'graph_view*', 'turtle_referee*']),
+    packages=find_packages(include=[f'{package_name}*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
@@ -33,10 +32,7 @@ setup(
         (f'share/{package_name}/urdf', glob('urdf/*.*')),
     ],
     install_requires=['setuptools'],
-    extras_require={
-        'test': ['pytest'],
-        'dask': ['distributed==2026.8.0'],  # for sweep --dask
-    },
+    extras_require={'test': ['pytest']},
     zip_safe=True,
     maintainer='the turtle_brick developers',
     maintainer_email='maintainers@turtle-brick.example',
@@ -46,14 +42,8 @@ setup(
     entry_points={
         'console_scripts': [
             'arena = turtle_brick.arena:main',
-            'benchmark = turtle_brick.tools.benchmark:main',
             'catcher = turtle_brick.catcher:main',
-            'demo = turtle_brick.tools.demo:main',
-            'lesson = turtle_brick.tools.lesson.__main__:main',
-            'referee = turtle_referee.referee:main',
-            'sweep = turtle_brick.tools.sweep:main',
             'turtle_robot = turtle_brick.turtle_robot:main',
-            'viewer = graph_view.viewer:main',
         ],
     },
 )

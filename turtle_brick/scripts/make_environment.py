@@ -16,14 +16,16 @@ Create or update the directory `.ros`, which contains the environment for this w
 
 The first argument selects the ROS installation. `native` uses the sourced installation, and `pypi`
 installs ROS from Python wheels. The second argument selects the packages to build. `ros` builds
-only the stand-ins, and `packages` also builds the packages in this workspace.
+only the stand-ins and turtle_graph, and `packages` also builds the packages that use turtle_brick.
 
 The script setup_shell.bash runs this program and then sources the setup files in `.ros`. The
 directory `.ros` contains the following items:
 
 - `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
   Jazzy messages. `venv` is also a ROS prefix whose `local_setup.bash` sets environment variables.
-- `standins` and `install` contain the built stand-ins and the built packages.
+- `standins` contains the built stand-ins and turtle_graph, which do not depend on turtle_brick.
+- `install` contains the built packages turtle_brick_interfaces, turtle_brick and
+  turtle_brick_tools.
 - `build` and `log` are the other colcon directories.
 - `made.json` contains fingerprints of the virtual environment and of each built package.
 
@@ -53,6 +55,7 @@ SCRIPTS = Path(__file__).resolve().parent
 REQUIREMENTS = SCRIPTS / 'requirements.txt'
 COPIED = (SCRIPTS / 'local_setup.bash', SCRIPTS / 'fastdds.xml')
 TOP = SCRIPTS.parents[1]
+EXTRAS = TOP / 'turtle_brick' / 'extras'
 OWN_REQUIREMENTS = TOP / '.ros-requirements.txt'
 ENVIRONMENT = TOP / '.ros'
 VENV = ENVIRONMENT / 'venv'
@@ -76,16 +79,12 @@ NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|C
 ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
 
-NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
+NOT_BUILT = ('doc', 'extras', 'media', 'scripts', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
-SHARED_FILES = {'joint_state_publisher': ('graph_client/run_node.py', 'graph_view/server.py'),
-                'robot_state_publisher': ('graph_client/run_node.py',),
-                'rviz2': ('graph_client/*.py', 'graph_view/*.py'),
-                'turtlesim': ('graph_client/run_node.py',
-                              'turtle_brick/core/turtlesim_kinematics.py')}
-"""Source files that a stand-in installs from outside its own folder."""
+SHARED_FILES = {'turtlesim': ('turtle_brick/core/turtlesim_kinematics.py',)}
+"""Source files of the package turtle_brick that a stand-in also installs."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
              ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
@@ -280,7 +279,7 @@ def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
 def standins(prefixes: list[str]) -> dict[str, Path]:
     """Return the folder of each stand-in whose real package is absent, keyed by package name."""
     folders = {manifest.parent.name: manifest.parent
-               for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml'))}
+               for manifest in sorted(EXTRAS.glob('standins/*/package.xml'))}
     return {name: folder for name, folder in folders.items()
             if not find_prefix(name, prefixes)}
 
@@ -378,10 +377,12 @@ def make_environment(kind: str, content: str) -> None:
     """Create or update the environment selected on the command line."""
     made = read_record()
     prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made)
-    build('standins', standins(prefixes), made, *underlay)
+    build('standins', {**standins(prefixes), 'turtle_graph': EXTRAS / 'turtle_graph'}, made,
+          *underlay)
     if content == 'packages':
-        names = ('turtle_brick_interfaces', 'turtle_brick')
-        build('install', {name: TOP / name for name in names}, made, *underlay)
+        folders = (TOP / 'turtle_brick_interfaces', TOP / 'turtle_brick',
+                   EXTRAS / 'turtle_brick_tools')
+        build('install', {folder.name: folder for folder in folders}, made, *underlay)
 
 
 def main() -> int:

@@ -11,126 +11,33 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Configure the ROS domains, the excluded files and the order of the tests."""
+"""Isolate the tests, and provide nodes for them."""
 
 from collections.abc import Iterator
-import contextlib
-from importlib.util import find_spec
 import os
 from pathlib import Path
-import runpy
-import signal
-import tempfile
+import subprocess
 from typing import Any
 
-from graph_client.domains import reserved_domain
+from isolation import (domain_id, pytest_configure, pytest_keyboard_interrupt,  # noqa: F401
+                       pytest_unconfigure)
 import pytest
 
-_session = contextlib.ExitStack()
-
-HERE = Path(__file__).parent
-
-OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'numpy', 'psutil', 'rich',
-            'tqdm', 'xacro')
-"""Modules that may be missing. Test files that import a missing module are excluded."""
-
-
-def excluded_files() -> dict[str, list[str]]:
-    """Return the test files that cannot run in this environment, grouped by reason."""
-    excluded = {'only for stand-ins': [
-        f'standins/{file.name}' for file in HERE.glob('standins/test_*_standin.py')
-        if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}
-    if not is_standin('tf2_msgs'):
-        excluded['only for the PyPI environment'] = ['test_mypy.py']
-    missing = [name for name in OPTIONAL if find_spec(name) is None]
-    for file in HERE.glob('**/test_*.py') if missing else ():
-        try:
-            runpy.run_path(str(file))
-        except pytest.skip.Exception:
-            pass
-        except ImportError as error:
-            if error.name in missing:
-                excluded.setdefault(f'{error.name} is not installed', []).append(
-                    str(file.relative_to(HERE)))
-    return excluded
-
-
-def is_standin(package: str) -> bool:
-    with contextlib.suppress(ModuleNotFoundError, LookupError):
-        from ament_index_python.packages import get_package_share_directory
-        manifest = Path(get_package_share_directory(package), 'package.xml')
-        return '<description>Stands in for' in manifest.read_text()
-    return False
-
-
-LONGEST = ('test_pages', 'test_launch_standin', 'test_rules', 'test_website',
-           'test_ros2cli_standin', 'test_workspaces', 'test_chaos', 'test_launch_files',
-           'test_referee_live', 'test_viewer_browser')
-"""The slowest test files, ordered so that few live graphs run at the same time."""
-
-EXCLUDED = excluded_files()
-collect_ignore = [file for files in EXCLUDED.values() for file in files]
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    if hasattr(config, 'workerinput'):
-        # Linux divides processor time equally among sessions. Workers in a common session would be
-        # slow, because each process that a test starts has its own session.
-        os.setsid()
-    # A background job in a shell script ignores SIGINT, and so do its child processes.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    os.environ.pop('ROS_LOCALHOST_ONLY', None)
-    os.environ.pop('ROS_STATIC_PEERS', None)
-    os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(reserved_domain()))
-    if find_spec('hypothesis') is not None:
-        from hypothesis import settings
-        settings.register_profile('untimed', deadline=None)
-        settings.load_profile('untimed')
-    os.environ['ROS_LOG_DIR'] = _session.enter_context(
-        tempfile.TemporaryDirectory(prefix='turtle_brick_test_'))
-
-
-def pytest_keyboard_interrupt() -> None:
-    """Send SIGINT to pytest's workers after Ctrl-C, because each worker has its own session."""
-    if 'PYTEST_XDIST_WORKER' not in os.environ and find_spec('psutil') is not None:
-        import psutil
-        for worker in psutil.Process().children():
-            worker.send_signal(signal.SIGINT)
-
-
-def pytest_report_header(config: pytest.Config) -> str:
-    reports = [f'{", ".join(files)} ({reason})' for reason, files in EXCLUDED.items() if files]
-    return f'excluded: {"; ".join(reports) or "nothing"}'
-
-
-def pytest_unconfigure(config: pytest.Config) -> None:
-    """Release the ROS domain of this test process and delete its ROS logs."""
-    _session.close()
-
 
 @pytest.fixture
-def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """Reserve a ROS domain for a test and its child processes."""
-    with reserved_domain() as domain:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
-        yield domain
-
-
-@pytest.fixture
-def live(domain_id: int) -> Iterator[Any]:
-    """Provide a LiveGraph in a ROS domain that only this test uses."""
-    pytest.importorskip('psutil')
-    from live_graph import graph
-    with graph(domain_id) as live:
+def live(domain_id: int) -> Iterator[Any]:  # noqa: F811
+    """Provide LiveNodes in a ROS domain that only this test uses."""
+    from live_nodes import LiveNodes
+    with LiveNodes(domain_id) as live:
         yield live
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the linters first and then the slowest files to keep all workers busy until the end."""
-    def rank(item: pytest.Item) -> int:
-        if item.get_closest_marker('linter'):
-            return -1  # flake8 forks, which is unsafe while DDS threads are running.
-        return LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST)
-
-    items.sort(key=rank)
+@pytest.fixture
+def turtlesim(domain_id: int) -> Iterator[None]:  # noqa: F811
+    """Run a holonomic turtlesim without a window in the ROS domain of a test."""
+    from ament_index_python.packages import get_package_prefix
+    program = Path(get_package_prefix('turtlesim'), 'lib', 'turtlesim', 'turtlesim_node')
+    with subprocess.Popen([program, '--ros-args', '-p', 'holonomic:=true'],
+                          env={**os.environ, 'QT_QPA_PLATFORM': 'offscreen'}) as process:
+        yield
+        process.terminate()

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Point
-from live_graph import LiveGraph
+from live_nodes import LiveNodes
 from rclpy.clock import ClockType
 from rclpy.time import Time
 from std_srvs.srv import Trigger
@@ -57,7 +57,7 @@ def record_published(publisher: Any) -> list[Any]:
 class SteppedGraph:
     """A graph whose callbacks are called by the test, so that no message is late or lost."""
 
-    def __init__(self, live: LiveGraph, *node_types: type[CatcherNode]) -> None:
+    def __init__(self, live: LiveNodes, *node_types: type[CatcherNode]) -> None:
         self.live = live
         self.now = 50 * NS_PER_SECOND
         self.platform: tuple[float, ...] | None = (5.0, 5.0, 0.0, 0.0)

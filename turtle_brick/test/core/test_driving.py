@@ -24,7 +24,7 @@ import pytest
 from turtle_brick.core.driving import (BRAKING_TIME, COMMAND_DELAY, COMMAND_PERIOD, Driver,
                                        POSE_TIMEOUT)
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, TurtlePose, within_arena
-from turtle_brick.tools.simulation import Delays, JITTER, Simulation
+from turtle_brick_tools.simulation import Delays, JITTER, Simulation
 
 
 def at(x, y=5.0, theta=0.0):

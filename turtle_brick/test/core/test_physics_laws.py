@@ -11,11 +11,10 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test World with random input against closed-form solutions and graph_client.geometry."""
+"""Test World with random input against closed-form solutions and turtle_graph.client.geometry."""
 
 from math import cos, floor, hypot, pi, sin, sqrt
 
-from graph_client.geometry import distance_to_rectangle, Pose as Frame, pose as frame, turn
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law
@@ -24,6 +23,7 @@ import pytest
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
 from turtle_brick.physics import Phase, World
+from turtle_graph.client.geometry import distance_to_rectangle, Pose as Frame, pose as frame, turn
 
 GRAVITY = 9.81
 RADIUS = 0.5

@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 from test_parameters import DEFAULTS, written
 from turtle_brick.core.parameters import default_path
-from turtle_referee.rules.robot_model import RobotModel
+from turtle_graph.referee.rules.robot_model import RobotModel
 import xacro
 
 XACRO = default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro'

@@ -20,7 +20,7 @@ import re
 from driven import PARAMETERS, record_published, SteppedGraph
 from geometry_msgs.msg import PoseStamped
 from laws import REST_Z, seconds
-from live_graph import LATCHED, TIMEOUT
+from live_nodes import LATCHED, TIMEOUT
 import pytest
 from rclpy.duration import Duration
 from std_msgs.msg import String

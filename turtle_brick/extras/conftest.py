@@ -1,0 +1,85 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Configure the isolation, the excluded files and the order of the tests."""
+
+from collections.abc import Iterator
+import contextlib
+from importlib.util import find_spec
+from pathlib import Path
+import runpy
+from typing import Any
+
+from installed import is_standin
+from isolation import (domain_id, pytest_configure, pytest_keyboard_interrupt,  # noqa: F401
+                       pytest_unconfigure)
+import pytest
+
+HERE = Path(__file__).parent
+
+OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'numpy', 'psutil', 'rich',
+            'tqdm', 'xacro')
+"""Modules that may be missing. Test files that import a missing module are excluded."""
+
+
+def excluded_files() -> dict[str, list[str]]:
+    """Return the test files that cannot run in this environment, grouped by reason."""
+    excluded = {'only for stand-ins': [
+        str(file.relative_to(HERE)) for file in HERE.glob('standins/test/test_*_standin.py')
+        if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}
+    if not is_standin('tf2_msgs'):
+        excluded['only for the PyPI environment'] = ['turtle_brick_tools/test/test_mypy.py']
+    missing = [name for name in OPTIONAL if find_spec(name) is None]
+    for file in HERE.glob('*/test/**/test_*.py') if missing else ():
+        try:
+            runpy.run_path(str(file))
+        except pytest.skip.Exception:
+            pass
+        except ImportError as error:
+            if error.name in missing:
+                excluded.setdefault(f'{error.name} is not installed', []).append(
+                    str(file.relative_to(HERE)))
+    return excluded
+
+
+LONGEST = ('test_pages', 'test_launch_standin', 'test_rules', 'test_website',
+           'test_ros2cli_standin', 'test_workspaces', 'test_chaos', 'test_turtle_arena',
+           'test_referee_live', 'test_viewer_browser')
+"""The slowest test files, ordered so that few live graphs run at the same time."""
+
+EXCLUDED = excluded_files()
+collect_ignore = [file for files in EXCLUDED.values() for file in files]
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    reports = [f'{", ".join(files)} ({reason})' for reason, files in EXCLUDED.items() if files]
+    return f'excluded: {"; ".join(reports) or "nothing"}'
+
+
+@pytest.fixture
+def live(domain_id: int) -> Iterator[Any]:  # noqa: F811
+    """Provide a LiveGraph in a ROS domain that only this test uses."""
+    pytest.importorskip('psutil')
+    from live_graph import graph
+    with graph(domain_id) as live:
+        yield live
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the linters first and then the slowest files to keep all workers busy until the end."""
+    def rank(item: pytest.Item) -> int:
+        if item.get_closest_marker('linter'):
+            return -1  # flake8 forks, which is unsafe while DDS threads are running.
+        return LONGEST.index(item.path.stem) if item.path.stem in LONGEST else len(LONGEST)
+
+    items.sort(key=rank)

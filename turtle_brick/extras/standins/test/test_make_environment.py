@@ -1,0 +1,296 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test make_environment.py with changed packages, missing requirements and interrupted builds."""
+
+import importlib.util
+import os
+from pathlib import Path
+import platform
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+
+import pytest
+from turtle_graph.client.processes import Process
+
+SCRIPTS = Path(__file__).resolve().parents[3] / 'scripts'
+
+
+@pytest.fixture
+def top(tmp_path):
+    """Return the path of a workspace with two packages, two stand-ins and the real scripts."""
+    root = tmp_path / 'workspace'
+    for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_msgs',
+                 'turtle_brick/standins/tf2_ros'):
+        folder = root / name
+        executable(folder / 'content.txt', 'one')
+        (folder / 'package.xml').write_text(
+            f'<package format="3"><name>{folder.name}</name></package>')
+    shutil.copytree(SCRIPTS, root / 'turtle_brick' / 'scripts')
+    return root
+
+
+def load(top):
+    spec = importlib.util.spec_from_file_location(
+        'make_environment', top / 'turtle_brick' / 'scripts' / 'make_environment.py')
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def program(top):
+    return load(top)
+
+
+def executable(path, text=''):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    path.chmod(0o755)
+    return path
+
+
+def test_cmake_files_are_adapted_to_this_machine(program):
+    text = program.repair_cmake(
+        'INCLUDES "/opt/python/cp313-cp313t/include/python3.13t;'
+        '/opt/python/cp310-cp310/lib/python3.10/site-packages/numpy/_core/include"\n'
+        'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
+        '  file(STRINGS "${idl_output}" idl_tuples)\n'
+        '  add_custom_target(\n    ament_cmake_python_copy_${package_name}\n    COMMAND a "b"\n'
+        '  add_custom_target(\n    ${target} ALL\n',
+        '/usr/include/python3.x', '/home/me\\1/packages')
+    assert text == (
+        'INCLUDES "/usr/include/python3.x;/home/me\\1/packages/numpy/_core/include"\n'
+        'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
+        '  file(STRINGS "${idl_output}" idl_tuples ENCODING UTF-8)\n'
+        '  add_custom_target(\n    ament_cmake_python_copy_${package_name} VERBATIM\n'
+        '    COMMAND a "b"\n'
+        '  add_custom_target(\n    ${target} ALL\n')
+
+
+def test_a_terminal_shows_the_progress_of_a_command(program, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
+    monkeypatch.setenv('COLUMNS', '40')
+    program.run(['printf', f'one\ntwo of many\n{"o" * 99}'], dict(os.environ), 'work', '')
+    output = capsys.readouterr().err
+    assert re.search(r'work ... \d+ s two of many', output)
+    assert re.search(r'\r  work ... \d+ s\033\[K\n$', output)
+    assert all(len(line.replace('\033[K', '')) <= 40 for line in output.split('\r'))
+
+
+COLCON = """#!/bin/sh
+all=$*
+selected=${all#*--packages-select }
+selected=${selected%% --build-base*}
+echo "$selected" >>built
+for name in $selected; do mkdir -p "${all##* }/$name"; done
+if [ -e broken ]; then echo 'error: it is broken'; exit 1; fi
+"""
+"""Replacement for colcon that logs the selected packages and fails if the file `broken` exists."""
+
+EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
+
+INDEX = 'share/ament_index/resource_index/packages'
+
+
+@pytest.fixture
+def built(program, tmp_path, monkeypatch):
+    """Return a function that makes a native environment and returns the built packages."""
+    for name in ('colcon', 'cmake'):
+        executable(tmp_path / 'tools' / name, COLCON)
+    monkeypatch.setenv('PATH', f'{tmp_path}/tools:{os.environ["PATH"]}')
+    # AMENT_PREFIX_PATH contains the environment if env.bash has already been sourced.
+    executable(program.ENVIRONMENT / 'sourced' / INDEX / 'tf2_msgs')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{program.ENVIRONMENT}/sourced:{tmp_path}/prefix')
+
+    def build(module=program, content='packages'):
+        (module.TOP / 'built').write_text('')
+        module.make_environment('native', content)
+        return (module.TOP / 'built').read_text().split()
+
+    return build
+
+
+def test_only_changed_packages_are_built_again(top, tmp_path, built):
+    assert built() == EVERYTHING
+    content = top / 'turtle_brick/content.txt'
+    os.utime(content, (1, 1))
+    for path in ('test/test_new.py', 'scripts/demo', 'doc/page.md', 'inner/__pycache__/a.pyc',
+                 '.pytest_cache/a', '.content.txt.swp', 'turtle_brick.egg-info/a'):
+        executable(top / 'turtle_brick' / path)
+    assert built() == []
+    for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_ros'):
+        executable(top / name / 'content.txt', 'changed')
+        assert built() == [Path(name).name]
+        assert built() == []
+    for change in (lambda: content.chmod(0o644), lambda: executable(content.with_name('empty')),
+                   lambda: content.rename(content.with_name('content.text'))):
+        change()
+        assert built() == ['turtle_brick']
+    for package, again in (('rclpy', EVERYTHING), ('tf2_msgs', []), ('tf2_ros', [])):
+        executable(tmp_path / 'prefix' / INDEX / package)
+        assert built() == again
+    assert {path.name for path in (top / '.ros/install').iterdir()} == set(EVERYTHING[2:])
+    assert list((top / '.ros/standins').iterdir()) == []
+    shutil.rmtree(top / '.ros/install/turtle_brick')
+    assert built() == ['turtle_brick']
+    assert built(load(top.rename(top.with_name('moved')))) == EVERYTHING[2:]
+
+
+def test_the_standins_are_built_without_the_packages(top, built):
+    assert built(content='ros') == EVERYTHING[:2]
+    assert built() == EVERYTHING[2:]
+    shared = top / 'turtle_brick/turtle_brick/core/turtlesim_kinematics.py'
+    executable(shared, 'changed')
+    assert built(content='ros') == []
+    shutil.copytree(top / 'turtle_brick/standins/tf2_ros', top / 'turtle_brick/standins/turtlesim')
+    assert built(content='ros') == ['turtlesim']
+    executable(shared, 'changed again')
+    assert built() == ['turtlesim', 'turtle_brick']
+
+
+def test_a_failed_build_is_reported_and_repeated(top, program, built, capsys):
+    assert built() == EVERYTHING
+    content = top / 'turtle_brick/content.txt'
+    content.write_text('changed')
+    (top / 'broken').touch()
+    with pytest.raises(program.SetupError, match='colcon could not build turtle_brick'):
+        built()
+    assert 'error: it is broken' in capsys.readouterr().err
+    (top / 'broken').unlink()
+    content.write_text('one')
+    assert built() == ['turtle_brick']
+    (top / '.ros/made.json').write_text('{"tf2_ro')
+    assert built() == EVERYTHING
+
+
+PYTHON = """#!/bin/sh
+if [ "$2 $3" = "-m venv" ]; then
+  mkdir -p "$4/bin" && cp "$0" "$4/bin/python" && : > "$4/attempt"
+elif [ "$1 $2" = "-m pip" ]; then
+  echo "$SAID${PIP_TARGET-}"
+  if [ "$SAID" = wait ]; then while kill -0 $PPID; do sleep 0.05; done; fi
+  exit 1
+fi
+"""
+"""Fake Python interpreter whose pip prints $SAID and fails. If $SAID is "wait", pip fails
+only after its parent process has exited."""
+
+
+def refusal(program, kind='pypi'):
+    """Check that make_environment fails and leaves no files, and return the error message."""
+    with pytest.raises(program.SetupError) as refused:
+        program.make_environment(kind, 'packages')
+    assert not program.ENVIRONMENT.exists()
+    return str(refused.value)
+
+
+@pytest.mark.parametrize('module, name, value, words', [
+    (platform, 'machine', lambda: 'aarch64', ['x86-64', 'aarch64', 'Install']),
+    (platform, 'libc_ver', lambda: ('glibc', '2.17'), ['2.28', 'glibc 2.17']),
+    (sysconfig, 'get_path', lambda _: '/no/include', ['/no/include/Python.h', '-dev']),
+    (importlib.util, 'find_spec', lambda _: None, ['virtual environments', '-venv"'])])
+def test_an_unsupported_machine_is_refused(program, monkeypatch, module, name, value, words):
+    monkeypatch.setattr(module, name, value)
+    assert all(word in refusal(program) for word in words)
+
+
+def test_a_missing_program_is_named(program, tmp_path, monkeypatch):
+    monkeypatch.setenv('PATH', f'{tmp_path}/tools')
+    monkeypatch.setenv('AMENT_PREFIX_PATH', '')
+    assert 'colcon' in refusal(program, 'native')
+    assert 'No C compiler' in refusal(program)
+    executable(tmp_path / 'tools' / 'gcc')
+    sentence = refusal(program)
+    assert 'No C++ compiler' in sentence and 'sudo apt install build-essential' in sentence
+
+
+@pytest.mark.parametrize('name, words', [
+    ('work:space', "contains ':'"), ('a\nb', "contains '\\n'"),
+    ('C++ & co. Übung #1 日本 ~100%', 'aarch64')])
+def test_unsupported_characters_in_the_path_are_refused(top, monkeypatch, name, words):
+    """The path with 'C++' is valid, so the error message is about the machine type."""
+    monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
+    assert words in refusal(load(top.rename(top.with_name(name))))
+
+
+def test_the_output_of_pip_is_shown(top, program, monkeypatch, capsys):
+    monkeypatch.setattr(program, 'BASE_PYTHON', executable(top.with_name('python'), PYTHON))
+    monkeypatch.setenv('SAID', 'ERROR: No space left')
+    monkeypatch.setenv('PIP_TARGET', '/elsewhere')
+    assert 'pip could not install' in refusal(program)
+    output = capsys.readouterr().err
+    assert 'ERROR: No space left' in output and '/elsewhere' not in output
+
+
+def test_unfinished_results_are_deleted(program, monkeypatch):
+    for path in ('venv/attempt', 'install/turtle_brick/a', 'build/turtle_brick/a'):
+        executable(program.ENVIRONMENT / path)
+    for name in ('make_venv', 'build'):
+        monkeypatch.setattr(program, name, lambda *_: None)
+    program.make_environment('pypi', 'packages')
+    assert [path.name for path in program.ENVIRONMENT.iterdir()] == ['made.json']
+
+
+def started(top, said):
+    script = f"""import sys
+sys.path.insert(0, {str(top / 'turtle_brick' / 'scripts')!r})
+import make_environment
+make_environment.BASE_PYTHON = {str(executable(top.with_name('python'), PYTHON))!r}
+sys.exit(make_environment.main())"""
+    return Process([sys.executable, '-c', script, 'pypi', 'packages'], {'SAID': said})
+
+
+@pytest.fixture
+def waiting(top):
+    with started(top, 'wait') as process:
+        process.wait_for_output('downloading', 600.0)
+        assert (top / '.ros/venv/attempt').exists()
+        yield process
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
+def test_an_interrupted_installation_is_deleted(top, waiting, number):
+    assert waiting.stop(number, 600.0) == 1
+    assert waiting.output.splitlines()[-1] == (
+        'turtle_brick: The build was interrupted. Source env.bash again.')
+    assert not (top / '.ros').exists()
+
+
+def test_a_second_process_waits_for_the_first(top, waiting):
+    with started(top, 'oops') as second:
+        second.wait_for_output('Another terminal is building this workspace', 600.0)
+        with pytest.raises(TimeoutError):
+            second.wait_for_output('oops', 1.0)
+        waiting.kill()  # An unfinished installation remains.
+        assert second.wait(600.0) == 1
+        assert 'oops' in second.output
+    assert not (top / '.ros').exists()
+
+
+@pytest.mark.parametrize('lines, summary, status', [
+    ([], '0 passed, 0 failed, 0 skipped', 1),
+    (['a b/pytest.xml: 5 tests, 0 errors, 0 failures, 2 skipped',
+      'c/lint.xunit.xml: 1 test, 0 errors, 0 failures, 0 skipped',
+      'c/Testing/2/Test.xml: 9 tests, 0 errors, 9 failures, 0 skipped',
+      '', 'Summary: 15 tests, 0 errors, 9 failures, 2 skipped'],
+     '4 passed, 0 failed, 2 skipped', 0),
+    (['pytest.xml: 5 tests, 1 error, 2 failures, 1 skipped'], '1 passed, 3 failed, 1 skipped', 1)])
+def test_the_summary_counts_each_test_once(lines, summary, status):
+    done = subprocess.run(['awk', '-f', str(SCRIPTS / 'summary.awk')], input='\n'.join(lines),
+                          stdout=subprocess.PIPE, text=True)
+    assert (done.stdout, done.returncode) == (f'{summary}\n', status)

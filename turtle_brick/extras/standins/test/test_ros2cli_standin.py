@@ -1,0 +1,421 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Compare the stand-in for `ros2` with recordings of the real `ros2`."""
+
+from argparse import Namespace
+from concurrent.futures import ThreadPoolExecutor
+import contextlib
+import ctypes
+import os
+from pathlib import Path
+import re
+import signal
+import threading
+
+from ament_index_python.packages import get_package_share_directory
+from live_graph import add_nodes
+import pytest
+import rclpy
+from rclpy.action import ActionServer
+from recorded import (Command, FORKS, POLL_TIME, records, restored_signal_handlers, run_here,
+                      with_paths, write_files)
+from ros2cli import cli, messages
+import ros2cli.graph as cli_graph
+from ros2cli.graph import GraphNode, is_complete
+from turtle_brick_tools.graph import Graph
+from turtle_graph.client.domains import reserved_domain
+from turtlesim.action import RotateAbsolute
+from turtlesim.msg import Color
+import yaml
+
+TABLE = yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
+RECORDS = {name: record for name, record in records(
+    'cli', 'launch_show_args', 'launch_errors').items()
+    if not record['stdout'].startswith('[')}  # test_launch_standin.py replays the other records.
+
+
+def signals_of(record):
+    signals = [] if record.get('stderr') else list(record.get('signals', ()))
+    if record.get('ended_by_recorder'):
+        signals.append([signals[-1][0] if signals else ['t', 0], 'SIGINT', 'group'])
+    return signals
+
+
+# These commands run in separate processes because they are interrupted, start processes, require
+# an empty graph or fail with a traceback. All other commands run in this process.
+PROCESSES = [name for name, record in RECORDS.items() if signals_of(record) or re.match(
+    'run_(?!help|unk)|ros2_run|empty|pub_times|pub_bad_topic', name)]
+
+INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
+                   'interface_packages': 'turtle|std_'}
+"""Patterns for the lines to compare, keyed by recording name."""
+
+# Verbs that set parameters or call services run last, because they affect the other verbs.
+HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda name: (
+    re.match('param_set|call', name) is not None, list(RECORDS).index(name)))
+
+
+@pytest.fixture(scope='module')
+def files(tmp_path_factory):
+    top = tmp_path_factory.mktemp('ros2')
+    write_files(top)
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv('COLUMNS', '100')
+        environment.setenv('LANGUAGE', 'C')  # Otherwise argparse searches for translations.
+        environment.setenv('AMENT_PREFIX_PATH',
+                           f'{top}/probe:{os.environ["AMENT_PREFIX_PATH"]}')
+        yield top
+
+
+def complete(turtlesim):
+    """Give the turtlesim stand-in the topic and the action that only real turtlesim provides."""
+    turtlesim.create_publisher(Color, 'turtle1/color_sensor', 10)
+    ActionServer(turtlesim, RotateAbsolute, 'turtle1/rotate_absolute', lambda _: None)
+
+
+@pytest.fixture(scope='module')
+def arena():
+    with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
+        nodes = add_nodes(graph)
+        complete(nodes['turtlesim'])
+        stopped = threading.Event()
+
+        def spin():
+            while not stopped.wait(0.05):  # No test depends on message rates.
+                graph.spin_for(0.005)
+
+        spinning = threading.Thread(target=spin, name='arena')
+        spinning.start()
+        try:
+            yield nodes['arena']
+        finally:
+            stopped.set()
+            spinning.join()
+
+
+def start(words, domain, stdin=''):
+    return Command(words, {**os.environ, 'ROS_DOMAIN_ID': str(domain)}, stdin,
+                   forked=words[0] == 'ros2' and words[1:2] not in ([], ['run']))
+
+
+def is_time_for_signal(record, when, command, arena):
+    kind, expected = when
+    if kind == 'line':
+        return command.has_printed(expected)
+    # The recorded signal was sent a few seconds after the start, while the command was waiting.
+    expected = record['stdout'].replace('$MORE\n', '').count('\n')
+    return command.text.count('\n') >= expected if expected else any(
+        info.node_name == f'_ros2cli_{command.pid}' for topic in record['command'][3:]
+        if topic.startswith('/') for info in arena.get_subscriptions_info_by_topic(topic))
+
+
+def replay(record, domain, arena, files):
+    command = start(with_paths(record['command'], files), domain, record.get('stdin', ''))
+    for when, name, target in signals_of(record):
+        command.wait_for(lambda: is_time_for_signal(record, when, command, arena))
+        command.send(name, target)
+    command.end()
+    return command
+
+
+@pytest.fixture(scope='module')
+def outcomes(arena, files, request):
+    """Run up to six commands in parallel, because most of them only wait."""
+    wanted = [item.callspec.params['name'] for item in request.session.items
+              if getattr(item, 'function', None) is test_command]
+    with reserved_domain() as empty, ThreadPoolExecutor(6) as pool:
+        yield {name: pool.submit(
+            replay, RECORDS[name],
+            empty if name.startswith('empty') else arena.context.get_domain_id(), arena, files)
+            for name in wanted}
+
+
+@pytest.fixture(scope='module')
+def open_graph_here(arena):
+    """Yield a replacement for open_graph() that does not wait for discovery."""
+    with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
+        environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
+        with cli_graph.open_graph() as graph:  # This call waits for discovery.
+            cli_graph.joined.clear()  # Commands must not end this process.
+
+            @contextlib.contextmanager
+            def open_graph(found=None, name=None):
+                with restored_signal_handlers():
+                    node = GraphNode(name)
+                    try:
+                        yield node
+                    finally:
+                        node.destroy_node()
+
+            yield open_graph
+        graph.destroy_node()
+        rclpy.try_shutdown()
+
+
+def test_graph_is_complete_when_all_nodes_and_services_are_announced():
+    info = {'ros_discovery_info': {1: '', 2: ''}, '/parameter_events': {1: 'arena', 2: '_ros2cli'}}
+    written, read = ({'arena': {each: []}, '_ros2cli': {}} for each in (
+        'rr/dropReply', 'rq/dropRequest'))
+    graph = Namespace(
+        get_publishers_info_by_topic=lambda topic, **_: [
+            Namespace(endpoint_gid=[number] * 16, node_name=name)
+            for number, name in info[topic].items()],
+        get_node_names_and_namespaces=lambda: [(name, '/') for name in written],
+        get_publisher_names_and_types_by_node=lambda name, *_, **__: written[name].items(),
+        get_subscriber_names_and_types_by_node=lambda name, *_, **__: read[name].items())
+    assert is_complete(graph)
+    for table, key, value in (
+            (info, '/parameter_events', {1: 'arena'}), (written, 'arena', {}), (read, 'arena', {}),
+            (info, '/parameter_events', {1: 'arena', 2: '_NODE_NAME_UNKNOWN_'}),
+            (written, 'brick', {})):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setitem(table, key, value)
+            patch.setitem(read, 'brick', {})
+            assert not is_complete(graph)
+    assert is_complete(graph)
+
+
+def test_ctrl_c_in_a_destructor_ends_spinning(open_graph_here):
+    """Python ignores exceptions in destructors."""
+    class Ending:
+
+        def __del__(self):
+            signal.raise_signal(signal.SIGINT)
+
+    with open_graph_here() as graph, pytest.raises(KeyboardInterrupt):
+        graph.create_timer(POLL_TIME, Ending)
+        graph.spin_until(lambda: False, 10.0)
+
+
+TF2_ECHO_OUTPUT = """At time 0.0
+- Translation: [1.500, -2.000, 0.250]
+- Rotation: in Quaternion (xyzw) [0.034, 0.106, 0.144, 0.983]
+- Rotation: in RPY (radian) [0.100, 0.200, 0.300]
+- Rotation: in RPY (degree) [5.730, 11.459, 17.189]
+- Matrix:
+  0.936 -0.275  0.218  1.500
+  0.290  0.956 -0.037 -2.000
+ -0.199  0.098  0.975  0.250
+  0.000  0.000  0.000  1.000
+"""
+"""Output of the real tf2_echo."""
+
+
+def test_tf2_echo_prints_published_transform(outcomes, domain_id):
+    publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
+        'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
+        '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
+    echo.wait_for(lambda: echo.has_printed('  1.000$'))
+    publisher.wait_for(lambda: publisher.error.endswith("to 'brick'\n"))
+    for command in (publisher, echo):
+        command.send('SIGINT', 'group')
+        command.end()
+    assert echo.text.startswith(TF2_ECHO_OUTPUT)
+    assert re.sub(r'.*Waiting for transform world ->  brick: .*\n', '', echo.error) == ''
+    assert "rotation: ('0.034271', '0.106021', '0.143572', '0.983347')\n" in publisher.error
+    assert publisher.error.endswith("from 'world' to 'brick'\n")
+
+
+def test_closed_pipe_ends_command_without_error(outcomes, arena):
+    command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
+    done = start(command, arena.context.get_domain_id())
+    done.end()
+    assert (done.status, done.error) == (0, '')
+    assert done.text.startswith('x: ')
+
+
+MAY_DIFFER = (
+    (r' *qos_overrides:\n( {6}.*\n)+', ''),
+    # These interfaces were added or removed after the recordings were made.
+    (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
+    (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
+    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS prints this line on a busy machine.
+    (r'\$MORE\n?', ''),
+    (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
+    (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
+    (r'WARNING: topic .* does not appear to be published yet\n(?=average|Subscribed)', ''),
+    (r'A message was lost!!!\n.*\n.*---\n', ''),
+    (r'no new messages\n', ''),  # `ros2 topic delay` prints this line on a busy machine.
+    (r'\nThis is a stand-in for ros2cli.*\n', ''),
+    (rf' +({"|".join(name.split()[-1] for name in TABLE["instead"])}) +[A-Z].*\n', ''),
+    (r'\(choose from .*\)', ''),
+    (r'Traceback \(most recent call last\):\n(  .*\n)+', ''),
+    (r'(-\w) [A-Z_]+, (?=--)', r'\1, '),
+    (r'(required: .*), (argv|launch_arguments)\n', r'\1\n'),
+    (r'searching: .*', ''),
+    # The recordings contain British spelling.
+    ('centre', 'center'),
+    ('metres', 'meters'),
+)
+"""Patterns for allowed differences in output, and their replacements."""
+
+ANSWERS = {
+    'call_place_refused': r'(message=).*()',
+    # rclpy and rclcpp give different reasons for rejecting a parameter.
+    **dict.fromkeys(('param_set_out_of_range', 'param_set_unknown', 'param_set_wrong_type'),
+                    r'(failed: ).*()'),
+    'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
+    'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
+}
+"""Patterns for output that may differ from the recording, keyed by recording name."""
+
+TOKENS = {
+    'SHARE': re.escape(get_package_share_directory('turtle_brick')),
+    'PREFIX': r'\S+',
+    'GID': '[0-9a-f.]+',
+}
+"""Patterns for placeholders in the recordings. By default, a placeholder stands for a number."""
+
+
+def comparable(name, text):
+    for pattern, replacement in MAY_DIFFER:
+        text = re.sub(pattern, replacement, text)
+    return re.sub(ANSWERS[name], r'\1\2', text) if name in ANSWERS else text
+
+
+def matches(name, recorded, printed, files):
+    tokens = {**TOKENS, 'PROBE': re.escape(f'{files}/probe'), 'FILES': re.escape(str(files))}
+    pattern = re.sub(r'\\\$([A-Z]+)', lambda token: tokens.get(token[1], r'\d[\d.]*'),
+                     re.escape(comparable(name, recorded)))
+    if RECORDS[name].get('signals') and recorded:
+        pattern += r'[\s\S]*'  # More lines may appear before the signal arrives.
+    return re.fullmatch(pattern, comparable(name, printed)) is not None
+
+
+def assert_same(name, done, files):
+    record = RECORDS[name]
+    assert done.status == record['returncode'], done
+    for recorded, printed in ((record['stdout'], done.text), (record['stderr'], done.error)):
+        if not matches(name, recorded, printed, files):
+            assert comparable(name, printed) == comparable(name, recorded)
+
+
+@pytest.mark.parametrize('name', PROCESSES)
+def test_command(name, outcomes, files):
+    assert_same(name, outcomes[name].result(), files)
+
+
+@pytest.mark.parametrize('name', HERE)
+def test_verb(name, open_graph_here, files, monkeypatch):
+    for module in (cli_graph, messages):
+        monkeypatch.setattr(module, 'open_graph', open_graph_here)
+    record = RECORDS[name]
+    done = run_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''))
+    monkeypatch.undo()
+    assert_same(name, done, files)
+
+
+MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
+"""Reception time (s) and delay n (ms) of each message, whose size is 100 * n bytes."""
+
+REPORTS = {
+    messages.bandwidth_report: """
+57.14 KB/s from 3 messages
+\tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB
+33.33 KB/s from 3 messages
+\tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB""",
+    messages.delay_report: """
+average delay: 0.267
+\tmin: 0.100s max: 0.400s std dev: 0.12472s window: 3
+no new messages""",
+    messages.rate_report: """
+average rate: 2.143
+\tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
+"""}
+"""With a window of 3, the real `ros2 topic` prints these reports on MESSAGES at 2 s and 3 s."""
+
+
+@pytest.mark.parametrize('report', REPORTS)
+def test_statistics_are_those_of_the_real_ros2(report):
+    sizes = report is messages.bandwidth_report
+    samples = [(time, n * 100 if sizes else time - n / 1000) for time, n in MESSAGES]
+    assert ''.join(
+        f'\n{report(samples[-4:], 3, now, now < 3.0)}' for now in (2.0, 3.0)) == REPORTS[report]
+
+
+@pytest.mark.parametrize('words, sentence', [
+    ('topic echo /odom --raw',
+     'this stand-in for ros2cli does not support ros2 topic echo --raw'),
+    ('pkg xml turtle_brick -h',
+     'ros2 pkg xml is not supported by this stand-in: use `cat $(ros2 pkg prefix --share PACKAGE)/'
+     'package.xml`'),
+    ('bag record -a',
+     'ros2 bag is not supported by this stand-in: use `ros2 topic echo --csv TOPIC > FILE` to '
+     'record a topic'),
+    ('topic pub /x String', 'The passed message type is invalid'),
+    ('service call /drop Trigger', 'The passed service type is invalid')])
+def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_graph_here,
+                                                  monkeypatch):
+    monkeypatch.setattr(messages, 'open_graph', open_graph_here)
+    done = run_here(['ros2', *words.split()], monkeypatch)
+    assert (done.status, done.text, done.error) == (1, '', f'{sentence}\n')
+
+
+@pytest.mark.parametrize('name', INTERFACE_LISTS)
+def test_interfaces_are_listed(name, monkeypatch):
+    printed = run_here(RECORDS[name]['command'], monkeypatch).text.splitlines()
+    found = [line for line in printed if re.search(INTERFACE_LISTS[name], line)]
+    recorded = RECORDS[name]['stdout'].splitlines()
+    assert found == (sorted(recorded) if name == 'interface_package' else recorded)
+
+
+@pytest.mark.parametrize('words, text', [
+    ('service info /drop', 'Type: std_srvs/srv/Trigger\nClients count: 0\nServices count: 1\n'),
+    ('action list -t', '/turtle1/rotate_absolute [turtlesim/action/RotateAbsolute]\n'),
+    ('daemon status', 'The daemon is not running\n'),
+    ('param list --param-type --filter gravity /arena', '  gravity_accel (type: double)\n'),
+    ('param load /turtlesim blue.yaml', 'Set parameter background_b successful\n')])
+def test_verb_without_recording(words, text, open_graph_here, tmp_path, monkeypatch):
+    monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
+    monkeypatch.chdir(tmp_path)
+    Path('blue.yaml').write_text('/turtlesim: {ros__parameters: {background_b: 250}}')
+    assert run_here(['ros2', *words.split()], monkeypatch).text == text
+
+
+def block():
+    """Hold Python's global interpreter lock, as Fast DDS sometimes does."""
+    cli_graph.exit_after(0.1, 3)
+    ctypes.PyDLL(None).pause()
+
+
+def test_blocked_command_ends_with_the_status_of_its_work():
+    process = FORKS.Process(target=block)
+    process.start()
+    process.join()
+    assert process.exitcode == 3
+
+
+@pytest.mark.parametrize('argument, before, answers', [
+    ('launch_file_name', {'package_name': 'turtle_brick'}, {'run_turtle.launch.xml'}),
+    ('type', {}, {'turtlesim/msg/Color', 'turtlesim/srv/Kill'}),
+    ('parameter_name', {'node_name': '/arena'}, {'gravity_accel'}),
+    ('message_type', {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
+def test_completion_offers_existing_names(argument, before, answers, open_graph_here,
+                                          monkeypatch):
+    monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
+    known = cli.complete(TABLE['completed'], Namespace(dest=argument), Namespace(**before))
+    assert answers <= set(known)
+
+
+@pytest.mark.parametrize('line, words', [
+    ('interface show turtlesim/msg/', 'turtlesim/msg/Color\nturtlesim/msg/Pose'),
+    ('launch turtle_brick turtle_arena.launch.p', 'turtle_arena.launch.py ')])
+def test_shell_completes_after_tab(line, words, tmp_path, domain_id, monkeypatch):
+    line = f'ros2 {line}'
+    for name, value in (('_ARGCOMPLETE', '1'), ('COMP_LINE', line), ('COMP_POINT', len(line)),
+                        ('_ARGCOMPLETE_IFS', '\n'), ('_ARGCOMPLETE_SUPPRESS_SPACE', '0'),
+                        ('_ARGCOMPLETE_STDOUT_FILENAME', tmp_path / 'words')):
+        monkeypatch.setenv(name, str(value))
+    start(['ros2'], domain_id).end()
+    assert (tmp_path / 'words').read_text() == words

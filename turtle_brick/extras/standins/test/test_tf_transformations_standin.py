@@ -1,0 +1,36 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Compare results of the tf_transformations stand-in with recordings of the real package."""
+
+import json
+from pathlib import Path
+
+import numpy
+import pytest
+import tf_transformations
+
+CALLS = json.loads(
+    (Path(__file__).parent / 'data/tf2/tf_transformations.json').read_text())
+
+
+@pytest.mark.parametrize('call', CALLS, ids=lambda call: call['function'])
+def test_results_equal_those_of_the_real_package(call):
+    result = getattr(tf_transformations, call['function'])(*call['arguments'])
+    assert type(result).__name__ == call['type']
+    assert numpy.asarray(result) == pytest.approx(numpy.array(call['result']), abs=1e-9)
+
+
+def test_a_missing_function_is_explained():
+    with pytest.raises(ImportError, match='is not in the stand-in for tf_transformations'):
+        from tf_transformations import quaternion_slerp  # noqa: F401

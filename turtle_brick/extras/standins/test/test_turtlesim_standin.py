@@ -1,0 +1,187 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test the ROS interface of the stand-in for turtlesim."""
+
+from itertools import pairwise
+from math import pi
+import os
+import signal
+from statistics import median
+import subprocess
+import termios
+
+from geometry_msgs.msg import Twist, Vector3
+from live_graph import graph, process, TIMEOUT
+import pytest
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from std_srvs.srv import Empty
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK
+from turtle_brick_tools.graph import executable
+from turtle_graph.client.domains import reserved_domain
+from turtle_graph.client.record import message_rate
+from turtlesim.msg import Pose
+from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
+
+COMMAND = [executable('turtlesim', 'turtlesim_node')]
+
+
+@pytest.fixture(scope='module')
+def live():
+    with reserved_domain() as domain_id, graph(domain_id) as live:
+        yield live
+
+
+@pytest.fixture(scope='module', autouse=True)
+def turtlesim(live):
+    with process(COMMAND, live.domain_id, stop=None) as turtlesim:
+        yield turtlesim
+        before = turtlesim.output
+        assert turtlesim.stop(signal.SIGTERM) == 0
+        assert turtlesim.output == before
+
+
+@pytest.fixture
+def poses(live):
+    live.call('reset', Empty)
+    poses = poses_of(live, 'turtle1')
+    wait_for_pose(live, poses, lambda pose: pose.x == pose.y == ARENA_CENTER, 'the start')
+    return poses
+
+
+def poses_of(live, turtle):
+    poses = live.record(f'{turtle}/pose', Pose)
+    live.wait_for(lambda: poses.messages, TIMEOUT, f'a pose of {turtle}')
+    return poses
+
+
+def wait_for_pose(live, poses, condition, name):
+    return live.wait_for(lambda: condition(poses.last) and poses.last, TIMEOUT, name)
+
+
+def test_poses_are_published_at_62_5_hz(live, poses):
+    """turtlesim_node skips late ticks."""
+    first = poses.messages[0]
+    live.wait_for(lambda: len(poses.messages) > 100 and median(
+        later - earlier for earlier, later in pairwise(poses.times)) == pytest.approx(
+            TICK, rel=0.15), TIMEOUT, '62.5 Hz')
+    assert message_rate(poses.times) < 63.5
+    assert (first.x, first.y, first.theta) == (ARENA_CENTER, ARENA_CENTER, 0.0)
+    for find in (lambda: live.listener.get_publishers_info_by_topic('turtle1/pose'),
+                 lambda: live.listener.get_subscriptions_info_by_topic('turtle1/cmd_vel')):
+        qos = live.wait_for(find, TIMEOUT, 'the topic')[0].qos_profile
+        assert qos.reliability == ReliabilityPolicy.RELIABLE
+        assert qos.durability == DurabilityPolicy.VOLATILE
+
+
+def test_command_moves_turtle_for_one_second(live, poses):
+    commands = live.publisher('turtle1/cmd_vel', Twist)
+    commands.publish(Twist(linear=Vector3(x=1.0, y=1.0)))
+    wait_for_pose(live, poses, lambda pose: pose.linear_velocity > 0.0, 'motion')
+    end = wait_for_pose(live, poses, lambda pose: pose.linear_velocity == 0.0, 'the end')
+    # Ticks that a busy machine skips do not extend the timeout of a command.
+    ticks = (end.x - ARENA_CENTER) / TICK
+    assert ticks == pytest.approx(round(ticks), abs=1e-3)
+    assert 0 < ticks < 64.5
+    assert end.y == ARENA_CENTER
+    answer = live.call('turtlesim/set_parameters', SetParameters, SetParameters.Request(
+        parameters=[Parameter(name, value=value).to_parameter_msg() for name, value in (
+            ('holonomic', True), ('background_r', 150), ('background_g', 300))]))
+    assert [result.successful for result in answer.results] == [True, True, False]
+    commands.publish(Twist(linear=Vector3(y=1.0)))
+    pose = wait_for_pose(live, poses, lambda pose: pose.y > ARENA_CENTER, 'sideways motion')
+    assert pose.linear_velocity == 1.0
+
+
+def test_teleport_services_move_turtle_at_once(live, turtlesim, poses):
+    def jump(x, y):
+        live.call('turtle1/teleport_absolute', TeleportAbsolute,
+                  TeleportAbsolute.Request(x=x, y=y, theta=0.0))
+
+    jump(2.0, 3.0)
+    wait_for_pose(live, poses, lambda pose: (pose.x, pose.y) == (2.0, 3.0), 'the jump')
+    live.call('turtle1/teleport_relative', TeleportRelative,
+              TeleportRelative.Request(linear=1.0, angular=pi / 2))
+    pose = wait_for_pose(live, poses, lambda pose: pose.theta != 0.0, 'the relative jump')
+    assert (pose.x, pose.y, pose.theta) == pytest.approx((2.0, 4.0, pi / 2), abs=1e-6)
+    jump(20.0, 3.0)
+    wait_for_pose(live, poses, lambda pose: pose.x == ARENA_SIZE, 'the wall')
+    turtlesim.wait_for_output(r'\[WARN\].*Oh no! I hit the wall! \(Clamping from \['
+                              r'x=20\.000000, y=8\.088889\]\)', TIMEOUT)
+
+
+def test_turtles_are_spawned_and_killed(live, turtlesim, poses):
+    def spawn(name):
+        return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
+
+    def wait_for_removal(turtle):
+        live.wait_for(lambda: live.listener.count_publishers(f'{turtle}/pose') == 0, TIMEOUT,
+                      turtle)
+
+    assert [spawn(name) for name in ('bob', 'bob', 'no such name', '')] == [
+        'bob', '', '', 'turtle2']
+    pose = poses_of(live, 'bob').last
+    assert (pose.x, pose.y, pose.theta) == (2.0, 3.0, 0.5)
+    for _ in range(2):
+        live.call('kill', Kill, Kill.Request(name='bob'))
+        wait_for_removal('bob')
+    for message in (r'Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0',
+                    r'\[ERROR\].*A turtle named \[bob\] already exists\n',
+                    r'A turtle cannot be named \[no such name\]',
+                    r'\[ERROR\].*Tried to kill turtle \[bob\], which does not exist\n'):
+        turtlesim.wait_for_output(message, TIMEOUT)
+    live.call('reset', Empty)
+    wait_for_removal('turtle2')
+
+
+def test_drawing_services_only_log_a_warning(live, turtlesim):
+    live.call('clear', Empty)
+    live.call('turtle1/set_pen', SetPen)
+    turtlesim.wait_for_output(r'\[WARN\].*this stand-in for turtlesim has no pen\n', TIMEOUT)
+
+
+def test_mimic_copies_the_velocities_of_draw_square(live, poses):
+    copy = live.record('copy', Twist)
+    with process([executable('turtlesim', 'mimic'), '--ros-args', '-r', 'output/cmd_vel:=copy',
+                  '-r', 'input/pose:=turtle1/pose'], live.domain_id):
+        with process([executable('turtlesim', 'draw_square')], live.domain_id):
+            live.wait_for(lambda: copy.last and copy.last.linear.x == 1.0, TIMEOUT, 'the side')
+            live.wait_for(lambda: copy.last.angular.z > 0.39, TIMEOUT, 'the turn')
+            assert poses.last.x > ARENA_CENTER + 1.8
+
+
+def test_arrow_keys_drive_the_turtle_until_q_is_pressed(live, poses):
+    keyboard, terminal = os.openpty()
+    before = termios.tcgetattr(terminal)
+    with subprocess.Popen(
+            [executable('turtlesim', 'turtle_teleop_key')], stdin=terminal,
+            env={**os.environ, 'ROS_DOMAIN_ID': str(live.domain_id)}) as program:
+        try:
+            for key, velocity in ((b'\x1b[A', (2.0, 0.0)), (b'x\x1b[D', (0.0, 2.0))):
+                live.wait_for(lambda: os.write(keyboard, key) and velocity == (
+                    poses.last.linear_velocity, poses.last.angular_velocity), TIMEOUT, 'motion')
+            os.write(keyboard, b'q')
+            assert program.wait(TIMEOUT) == 0
+        finally:
+            program.kill()
+    assert termios.tcgetattr(terminal) == before
+
+
+def test_invalid_parameter_ends_node_with_one_line(domain_id):
+    with process([*COMMAND, '--ros-args', '-p', 'holonomic:=abc'], domain_id,
+                 stop=None) as running:
+        assert running.wait(TIMEOUT) == 1
+        assert "'holonomic' to 'abc'" in running.output
+        assert len(running.output.splitlines()) == 1

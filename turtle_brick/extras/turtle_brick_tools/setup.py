@@ -1,0 +1,47 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Install the package turtle_brick_tools."""
+
+from setuptools import find_packages, setup
+
+package_name = 'turtle_brick_tools'
+
+
+setup(
+    name=package_name,
+    version='1.0.0',
+    packages=find_packages(include=[f'{package_name}*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    extras_require={
+        'test': ['pytest'],
+        'dask': ['distributed==2026.8.0'],  # for sweep --dask
+    },
+    zip_safe=True,
+    maintainer='the turtle_brick developers',
+    maintainer_email='maintainers@turtle-brick.example',
+    description='Programs that use the package turtle_brick: demo, sweep, benchmark and lesson',
+    license='Apache-2.0',
+    entry_points={
+        'console_scripts': [
+            'benchmark = turtle_brick_tools.benchmark:main',
+            'demo = turtle_brick_tools.demo:main',
+            'lesson = turtle_brick_tools.lesson.__main__:main',
+            'sweep = turtle_brick_tools.sweep:main',
+        ],
+    },
+)

@@ -1,0 +1,154 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test the referee on incomplete and unusual live graphs."""
+
+import sys
+from time import monotonic
+
+from geometry_msgs.msg import Point
+from live_graph import add_nodes, LiveGraph, observe, results, TIMEOUT
+from nav_msgs.srv import GetPlan
+import pytest
+from rclpy.node import Node
+from std_msgs.msg import Empty
+from turtle_brick.core.parameters import default_path
+from turtle_brick_tools.graph import Graph
+from turtle_graph.client.client import GraphClient
+from turtle_graph.client.domains import DomainError, is_empty, reserved_domain
+from turtle_graph.client.observer import Observer
+from turtle_graph.client.profiles import NUMBERS, Profile
+from turtle_graph.referee import referee
+from turtle_graph.referee.rules.rule import FAILED, MET, OPEN
+from turtle_graph.referee.trial import FAR_OUT, Program, Trial
+from turtlesim.srv import TeleportRelative
+
+SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
+
+
+def test_nodes_that_die_are_judged(domain_id):
+    ends = {'driving 0': 'robot', 'far out of reach': 'arena'}
+    with Graph(domain_id, quiet=True) as graph:
+        nodes = add_nodes(graph)
+
+        def end_node(text):
+            for event in [event for event in ends if event in text]:
+                graph.remove(nodes[ends.pop(event)])
+
+        record = observe(graph, end_node, **{**SHORT, 'discovery_time': TIMEOUT})
+    assert not ends
+    found = results(record)
+    expected = OPEN if record.stall_summary() else FAILED
+    assert {'drive: goal', 'place'} <= found[FAILED].keys() | found[expected].keys()
+    assert {'URDF: base_link', 'walls: size'} <= found[MET].keys()
+
+
+class Unusual(Node):
+    """A node whose topics and services have unusual names and types."""
+
+    def __init__(self, **options):
+        super().__init__('unusual', **options)
+        self.received = []
+        for name, kind in (('arena/place_brick', GetPlan), ('arena/drop', TeleportRelative)):
+            self.create_service(kind, name, self.on_request)
+        for name, kind in (('goal', Point), ('tilt_it', Empty)):
+            self.create_subscription(kind, name, self.received.append, 1)
+
+    def on_request(self, request, response):
+        self.received.append(request)
+        return response
+
+
+def test_unusual_names_and_types_are_recognized(domain_id):
+    with Graph(domain_id, quiet=True) as graph:
+        nodes = [graph.add(Unusual, '-r', f'__node:={name}', parameters=False)
+                 for name in ('unusual', 'second')]
+        # The middleware reports this name for an undiscovered node.
+        graph.add(Node, parameters=False, node_name='_NODE_NAME_UNKNOWN_')
+        observer = graph.add(Observer, parameters=False)
+        client = GraphClient(graph, observer)
+        graph.spin_until(lambda: all(observer.count_services(f'arena/{name}') == 2
+                                     for name in ('drop', 'place_brick')), TIMEOUT, 'both nodes')
+        observer.recognize_names()
+        requests = [client.place((1.0, 2.0, 3.0), hovering=0.2), client.call('drop')]
+        graph.spin_until(lambda: observer.send_goal(4.0, 5.0) and all(
+            any(isinstance(one, Point) for one in node.received) for node in nodes),
+            TIMEOUT, 'goals')
+        publishers = observer.record.publishers
+        graph.spin_until(lambda: len(publishers.get('/rosout', ())) > 1, TIMEOUT, 'publishers')
+        assert not observer.send_tilt(0.5)
+    place, drop, goal = nodes[0].received[:3]
+    position = place.start.pose.position
+    assert (position.x, position.y, position.z) == (1.0, 2.0, 3.0)
+    assert (drop.linear, goal.x, goal.y) == (pytest.approx(NUMBERS['gravity_accel']), 4.0, 5.0)
+    assert all(request.accepted for request in requests)
+    assert 'assumed: goal_pose is /goal (geometry_msgs/msg/Point)' in observer.record.notes
+    assert publishers['/rosout'] == {'/unusual', '/second'}
+    assert observer.record.unclear == {'tilt': 'the type of /tilt_it has no suitable field'}
+
+
+def test_a_graph_in_another_namespace_is_not_used(domain_id):
+    logged = []
+    with Graph(domain_id, namespace='elsewhere', quiet=True) as graph:
+        graph.add_turtlesim()
+        graph.add_robot()
+        graph.namespace = ''
+        observer = graph.add(Observer, parameters=False)
+        graph.spin_until(lambda: observer.record.frames and observer.other_namespaces(), TIMEOUT,
+                         'the frames of the other namespace')
+        Trial(graph, observer, logged.append, **SHORT).run()
+    assert logged == ['looking for the graph']
+    assert 'pass the namespace of the graph with --namespace' in observer.record.notes[0]
+
+
+def test_a_graph_that_its_command_starts_in_a_namespace_is_judged(domain_id, monkeypatch):
+    namespaces = []
+
+    def run(trial):
+        namespaces.append(trial.observer.get_namespace())
+        trial.wait_until(lambda: len(namespaces) == 2 or trial.observer.other_namespaces(),
+                         TIMEOUT)
+
+    monkeypatch.setattr(referee.Trial, 'run', run)
+    arena = [sys.executable, '-m', 'turtle_brick.arena', '--ros-args', '-r', '__ns:=/elsewhere',
+             '--params-file', str(default_path())]
+    options, command = referee.parse(['--', *arena])
+    referee.observe(Profile(), options, command, print)
+    assert namespaces == ['/', '/elsewhere']
+
+
+def test_a_command_that_ends_at_once_is_reported(domain_id, monkeypatch, capfd):
+    monkeypatch.setattr('turtle_graph.referee.referee.START_TIME', TIMEOUT)
+    monkeypatch.setattr('turtle_graph.client.client.MAX_TIMEOUT', TIMEOUT)
+    begin = monotonic()
+    assert referee.main(['--', sys.executable, '-c', 'print("no graph")']) == 2
+    assert monotonic() < begin + TIMEOUT
+    printed, errors = capfd.readouterr()
+    assert printed == ''
+    assert f'{sys.executable} exited with status 0: no graph\n' in errors
+
+
+def test_a_reserved_domain_has_no_other_reservation_and_no_node():
+    with reserved_domain() as first, reserved_domain() as second:
+        assert first != second and {first, second} <= set(range(1, 101))
+        with pytest.raises(DomainError, match='in use'), reserved_domain([first, second]):
+            pass
+    with reserved_domain([first, second]) as reserved:
+        assert reserved == first
+    lower, upper = LiveGraph(first), LiveGraph(first)
+    with upper:
+        with lower:  # Closing `lower` releases the first DDS port of the domain.
+            pass
+        with pytest.raises(DomainError, match='in use'), reserved_domain([first]):
+            pass
+    assert is_empty(first)

@@ -1,0 +1,607 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test each rule of the referee with correct and faulty simulated records."""
+
+from functools import partial
+from math import atan2, inf, nan, pi, radians, sin, sqrt
+from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+import numpy
+import pytest
+from sensor_msgs.msg import JointState
+from turtle_brick.core.parameters import default_path, load
+from turtle_graph.client.drops import DropWatch
+from turtle_graph.client.geometry import CENTER, Pose, pose, turn, UPRIGHT
+from turtle_graph.client.profiles import Profile
+from turtle_graph.client.record import (Drive, Frame, NS_PER_SECOND, Received, ReceivedMarker,
+                                        Record, Request, Sample, SECONDS_PER_NS)
+from turtle_graph.referee import referee
+from turtle_graph.referee.rules import robot_rules
+from turtle_graph.referee.rules.robot_model import model
+from turtle_graph.referee.rules.rule import FAILED, MET, OPEN, Rules
+from visualization_msgs.msg import Marker
+import xacro
+
+BEGIN = 1_800_000_000 * NS_PER_SECOND
+"""Time (ns) that corresponds to 0 s in all simulated records."""
+
+PARAMETERS = load()
+NUMBERS = Profile.from_parameters(PARAMETERS).numbers
+LENGTH, WIDTH, HEIGHT = PARAMETERS.brick_size
+REST = PARAMETERS.platform_height + HEIGHT / 2.0
+"""Height (m) of the center of a brick on the platform."""
+
+HINGE = PARAMETERS.platform_height - PARAMETERS.platform_thickness
+SPEED = 3.0
+"""Speed (m/s) of the robot."""
+
+DIRECTION = numpy.array((0.8, 0.6))
+"""Unit vector in the robot's initial driving direction."""
+
+LEG = 0.7
+"""Duration (s) of each 1.5 m drive, including the pause at its end."""
+
+URDF = xacro.process_file(str(Path(__file__).parents[4] / 'urdf/turtle.urdf.xacro'),
+                          mappings={'params_file': str(default_path())}).toxml()
+
+OFFSET = 0.1
+"""Distance (m) from the platform center to the brick's landing point, in the sliding direction."""
+
+FAR, CLOSE = (1.5, 1.5, 8.0), (CENTER[0] + OFFSET, CENTER[1], 4.0)
+"""Starting positions (m) of a brick beside the robot and of a brick above its platform."""
+
+ANGLE, TILT, LEVEL = 0.5, 6.7, 7.9
+"""Tilt angle (rad) of the platform, and the times (s) at which it is tilted and leveled."""
+
+
+def at(seconds):
+    """Convert a time (s) after BEGIN to an absolute time (ns)."""
+    return BEGIN + round(seconds * NS_PER_SECOND)
+
+
+def add_transforms(record, child, parent, track, static=False):
+    frame = record.frames.setdefault(child, Frame(static))
+    for number, (seconds, there) in enumerate(track, len(frame.samples)):
+        frame.add(at(seconds), number, Sample(at(seconds), parent, there))
+
+
+def add_message(record, topic, message, seconds, late=0.0):
+    """Add a message with the given timestamp (s) and publication delay (s) to a record."""
+    if hasattr(message, 'header'):
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(at(seconds), NS_PER_SECOND)
+    record.topics[topic].append(Received(at(seconds + late), message))
+
+
+def add_marker(record, marker, seconds, topic='/marker'):
+    marker.id = len(record.markers)
+    record.markers.append(ReceivedMarker(at(seconds), topic, marker))
+
+
+def box(frame, x=0.0, y=0.0, size=(LENGTH, WIDTH, HEIGHT)):
+    marker = Marker(type=Marker.CUBE)
+    marker.header.frame_id = frame
+    marker.pose.position.x, marker.pose.position.y = x, y
+    marker.scale.x, marker.scale.y, marker.scale.z = size
+    marker.color.a = 1.0
+    return marker
+
+
+def add_walls(record, times):
+    for seconds in times:
+        for x, y, *size in ((5.5, 0.0, 11.1, 0.1, 0.5), (5.5, 11.1, 11.1, 0.1, 0.5),
+                            (0.0, 5.5, 0.1, 11.1, 0.5), (11.1, 5.5, 0.1, 11.1, 0.5)):
+            add_marker(record, box('world', x, y, size), seconds, '/walls')
+
+
+def drive(record, off):
+    """Simulate a straight drive that begins at 0 s, and the return to the start."""
+    base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
+    stem = model(record).joint('stem')
+    for joint in model(record).joints:
+        if joint != stem:
+            static = joint.child != 'platform'
+            track = [(number / 10.0, joint.origin) for number in range(-5, -4 if static else 50)]
+            add_transforms(record, joint.child, joint.parent, track, static)
+    add_transforms(record, 'odom', 'world', [(-0.5, pose((*CENTER, 0.0)))], static=True)
+    record.idle, record.driving = [(at(-0.5), at(0.0))], [(at(0.0), at(2.0 * LEG))]
+    for begin, here, there in ((0.0, 0.0, 1.5), (LEG, 1.5, 0.0)):
+        start, goal = (tuple(CENTER + way * DIRECTION) for way in (here, there))
+        record.drives.append(Drive(at(begin), at(begin + LEG - 0.01), start, goal))
+    for number in range(-int(off.rate / 2.0), int(2.0 * LEG * off.rate)):
+        seconds, late = number / off.rate, 0.5 / off.rate * (number % 100 == 49)
+        back = seconds >= LEG
+        way = min(max(seconds - LEG * back, 0.0) * SPEED, 1.5)
+        speed = (-SPEED if back else SPEED) if 0.0 < way < 1.5 else 0.0
+        x, y = (1.5 - way if back else way) * DIRECTION
+        angle_per_meter = off.slip / NUMBERS['wheel_radius']
+        odometry, twist = Odometry(child_frame_id='base_link'), Twist()
+        odometry.header.frame_id = 'odom'
+        odometry.pose.pose.position.x, odometry.pose.pose.position.y = x, y
+        for one in (odometry.twist.twist, twist):
+            one.linear.x, one.linear.y = speed * DIRECTION
+        angle = atan2(*DIRECTION[::-1]) + pi * back + off.crooked
+        add_transforms(record, 'base_link', 'odom', [(seconds, pose(base + (x, y, 0.0)))])
+        add_transforms(record, 'stem', 'base_link', [
+            (seconds, Pose(stem.origin.position, turn(UPRIGHT[2], angle)))])
+        add_message(record, 'odom', odometry, seconds, late)
+        add_message(record, 'cmd_vel', twist, seconds)
+        add_message(record, 'joint_states', JointState(
+            name=['stem_joint', 'wheel_joint', 'platform_joint'],
+            position=[angle, (way + 1.5 * back) * angle_per_meter, 0.0],
+            velocity=[0.0, abs(speed) * angle_per_meter, 0.0]), seconds)
+        add_message(record, 'pose', SimpleNamespace(x=CENTER[0] + x, y=CENTER[1] + y), seconds)
+    add_transforms(record, 'base_link', 'odom', [
+        (2.0 * LEG + number / 10.0, pose(base)) for number in range(72)])
+
+
+def drop(record, requested, place, track):
+    """Add a drop to a record. `track` contains times (s) and poses of the brick."""
+    watch = DropWatch(record, at(requested - 0.1), place)
+    watch.requested = at(requested)
+    watch.request = Request(at(requested), at(requested + 0.01), None)
+    add_transforms(record, 'brick', 'world', track)
+    if place == FAR:
+        text = Marker(type=Marker.TEXT_VIEW_FACING, text='Unreachable')
+        text.header.frame_id, text.lifetime.sec = 'world', 3
+        text.scale.z = text.color.a = 1.0
+        add_marker(record, text, requested + 0.2, '/text')
+    watch.update()
+    watch.end, watch.should_be_caught = at(track[-1][0]), place == CLOSE
+    record.drops.append(watch)
+
+
+def fall(record, off):
+    """Simulate a brick that hovers until 2.5 s and then falls beside the platform."""
+    add_transforms(record, 'brick', 'world', (
+        (now, pose(FAR)) for now in numpy.arange(-0.5, 2.44, 0.4 / off.rate)))
+    record.places.append(Request(at(2.0), at(2.44), FAR))
+    track = []
+    for now in numpy.arange(2.44, 4.2, off.step):
+        time = max(now - 2.5, 0.0)
+        depth = off.gravity * time * time / 2.0
+        track.append((now, pose((FAR[0] + off.aside * time, FAR[1],
+                                 max(FAR[2] - depth, HEIGHT / 2.0 - off.below)))))
+    drop(record, 2.45, FAR, track)
+
+
+def tip(record, off):
+    """Simulate a brick that is released at 5.5 s, caught and then tipped off."""
+    joint, level, leaning = model(record).joint('platform'), UPRIGHT, turn(UPRIGHT[1], ANGLE)
+    acceleration = off.pull * off.gravity * sin(ANGLE)
+    gone = TILT + sqrt(2.0 * (off.stop - OFFSET) / acceleration)
+    track = []
+    for now in numpy.arange(5.0, 8.4, 0.02):
+        tilted = TILT <= now < LEVEL
+        axes = leaning if tilted else level
+        add_transforms(record, 'platform', joint.parent, [
+            (now, joint.origin.compose(Pose(numpy.zeros(3), axes)))])
+        add_message(record, 'joint_states', JointState(
+            name=['platform_joint'], position=[ANGLE * tilted]), now)
+        there = numpy.array(CLOSE) - (0.0, 0.0, off.gravity * max(now - 5.5, 0.0) ** 2 / 2.0)
+        if there[2] < REST + off.above:
+            way = OFFSET + acceleration * max(min(now, gone) - TILT, 0.0) ** 2 / 2.0
+            hinge = Pose(numpy.array((*CENTER, HINGE)), leaning if now >= gone else axes)
+            there = hinge.transform((way, 0.0, REST + off.above - HINGE))
+            there[0] += off.drift * max(now - gone, 0.0)
+        track.append((now, Pose(there, axes @ turn(UPRIGHT[1], off.lean))))
+    record.tilts = [Request(at(TILT), at(TILT + 0.3), ANGLE),
+                    Request(at(LEVEL), at(LEVEL + 0.3), 0.0)]
+    record.places.append(Request(at(5.0), at(5.44), CLOSE))
+    drop(record, 5.45, CLOSE, track)
+
+
+CORRECT = {
+    'slip': 1.0,  # Factor applied to the wheel rotation.
+    'crooked': 0.0,  # Error (rad) added to the stem angle.
+    'rate': 100.0,  # Message rate (Hz) of the robot.
+    'gravity': NUMBERS['gravity_accel'],
+    'step': 0.008,  # Period (s) of the brick transforms.
+    'aside': 0.0,  # Sideways speed (m/s) of the falling brick.
+    'below': 0.0, 'above': 0.0,  # Height errors (m) of a brick on the ground and on the platform.
+    'lean': 0.0,  # Inclination (rad) of the brick.
+    'pull': 1.0,  # Factor applied to the acceleration of the sliding brick.
+    'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the sliding brick.
+    'drift': 0.0}  # Speed (m/s) of the brick after it slides off the platform.
+"""Values for a correct record."""
+
+PARTS = (drive, fall, tip)
+
+
+def make_record(parts=PARTS, **off):
+    """Return a record of `parts`. The values in `off` replace those in CORRECT."""
+    record = Record(Profile(numbers=dict(NUMBERS)))
+    record.namespace, record.publishers = '/judged', {'/judged/odom': {'/judged/turtle_robot'}}
+    record.latched = {'/brick_marker': True, '/walls': True}
+    add_message(record, 'robot_description', SimpleNamespace(data=URDF), -0.5)
+    add_walls(record, [-0.5])
+    add_marker(record, box('brick'), -0.5, '/brick_marker')
+    for add_part in parts:
+        add_part(record, SimpleNamespace(**{**CORRECT, **off}))
+    return record
+
+
+NAMES = {rule.name for rule in referee.RULES}
+ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
+BRICK_RULES = NAMES - ROBOT_RULES - {'rate: brick'}
+"""The brick rules are tested at a low message rate, which violates 'rate: brick'."""
+
+
+def judge(record, *names):
+    return Rules(rule for rule in referee.RULES if rule.name in names).judge(record)
+
+
+def shift(record, frame, seconds, way, axis=0):
+    """Shift a frame by `way` (m) along an axis for 0.03 s, starting at `seconds`."""
+    for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
+        sample.pose.position[axis] += way
+
+
+def change(record, topic, seconds, field, way):
+    """Add a number to a field of the first message received on a topic after a given time (s)."""
+    message = record.messages(topic, at(seconds))[0].message
+    *parts, last = field.split('.')
+    for part in parts:
+        message = getattr(message, part)
+    setattr(message, last, getattr(message, last) + way)
+
+
+def urdf(rule, where, attribute, *values):
+    """Return a row of FAULTS that sets an attribute in the URDF to wrong values."""
+    def edit(record, value):
+        robot = ElementTree.fromstring(URDF)
+        robot.find(where).set(attribute, value)
+        description = SimpleNamespace(data=ElementTree.tostring(robot, 'unicode'))
+        add_message(record, 'robot_description', description, -0.4)
+    return rule, edit, (), values
+
+
+def scale_wheel(record, factor, *fields):
+    for received in record.topics['joint_states']:
+        for field in fields:
+            getattr(received.message, field)[1] *= factor
+
+
+def tilt_in_tf(record, angle):
+    """Tilt the platform by 0.3 rad in joint_states and by another angle (rad) in TF."""
+    joint = model(record).joint('platform')
+    record.tilts.append(Request(at(9.0), at(9.3), 0.3))
+    add_transforms(record, 'base_link', 'odom', [(9.2, pose((0.0, 0.0, 0.0)))])
+    # By default, robot_state_publisher publishes every 50 to 60 ms.
+    add_transforms(record, 'platform', joint.parent, [
+        (now, joint.origin.compose(Pose(numpy.zeros(3), turn(UPRIGHT[1], tilt))))
+        for now, tilt in ((9.18, angle), (9.24, angle), (9.305, 0.0))])
+    add_message(record, 'joint_states', JointState(name=[joint.name], position=[0.3]), 9.1)
+
+
+def move_response(record, seconds, missing=0, accepted=True):
+    """Make the drop service respond `seconds` after the release of the brick."""
+    record.drops[0].request = Request(at(2.45), at(2.5 + seconds), None, accepted)
+    samples = record.frames['brick'].samples
+    first = next(n for n, sample in enumerate(samples) if sample.stamp > at(2.5))
+    del samples[first:first + missing]
+
+
+def move_early(record, down):
+    """Lower the brick by `down` (m) before the drop service responds."""
+    move_response(record, -0.002)
+    shift(record, 'brick', 2.494, -down, 2)
+    record.drops[0].released = at(2.488)
+
+
+def publish_walls(record, times):
+    record.latched['/walls'] = False
+    record.markers = [received for received in record.markers if received.topic != '/walls']
+    add_walls(record, times)
+
+
+def change_text(record, seconds, text='Unreachable', kind=Marker.TEXT_VIEW_FACING, again=()):
+    """Change a text marker and its lifetime (s), and publish it again after given delays (s)."""
+    first = next(received for received in record.markers if received.topic == '/text')
+    marker = first.marker
+    marker.text, marker.type = text, kind
+    marker.lifetime.sec, marker.lifetime.nanosec = divmod(round(seconds * 1e9), NS_PER_SECOND)
+    record.markers += [first._replace(published=first.published + round(later * NS_PER_SECOND))
+                       for later in again]
+
+
+def remove_text(record, seconds, action):
+    """Delete the text marker after a given time (s) instead of limiting its lifetime."""
+    change_text(record, 0.0)
+    add_marker(record, Marker(action=action), 2.65 + seconds, '/text')
+
+
+def change_request(record, name, **changes):
+    requests = getattr(record, name)
+    requests[0] = requests[0]._replace(**changes)
+
+
+def turn_late(record, seconds):
+    """Make the robot's stem point in the wrong direction until `seconds` after BEGIN."""
+    for received in record.messages('joint_states', at(-0.5), at(seconds)):
+        received.message.position[0] += 1.0
+
+
+def change_verdict(record, refused, number, should_be_caught):
+    """Make the catcher accept or refuse a brick 0.2 s after its release."""
+    watch = record.drops[number]
+    watch.should_be_caught, watch.goal = should_be_caught, at((2.7, 5.7)[number])
+    watch.refusals = [watch.goal] if refused else []
+
+
+def remove_verdict(record, _):
+    record.drops[0].refusals.clear()
+    record.markers = [received for received in record.markers if received.topic != '/text']
+
+
+FAULTS = (
+    ('frames: world', lambda record, parent: add_transforms(
+        record, 'lost', parent, [(0.0, pose(CLOSE))]), ('odom',), ('nowhere',)),
+    ('frames: odom', lambda record, dx: record.frames['odom'].add(at(0.5), 1, Sample(
+        at(0.5), 'world', pose((CENTER[0] + dx, CENTER[1], 0.0)))), (0.0,), (0.02,)),
+    ('frames: odom', lambda record, dx: shift(record, 'odom', -0.5, dx),
+     (0.005,), (0.02, -2.0 * CENTER[0])),
+    ('frames: base_link', lambda record, dy: change(record, 'pose', LEG - 0.02, 'y', dy),
+     (0.005,), (0.02,)),
+    ('frames: robot', lambda record, name: record.frames.pop(name), (), ('eyes',)),
+    ('frames: robot', lambda record, dz: shift(record, 'odom', -0.5, dz, 2),
+     (0.005,), (-1.0, 0.2)),
+    ('rate: base_link', lambda record, lost: record.frames['base_link'].samples.__delitem__(
+        slice(0, 40, lost)), (), (10,)),
+    ('frames: brick', lambda record, parent: add_transforms(
+        record, 'brick', parent, [(9.0, pose(FAR))]), (), ('sky',)),
+    ('frames: broadcasters', lambda record, numbers: setattr(
+        record.frames['base_link'], 'sequence_numbers', numbers), ([0, 1, 2, 3],), ([7, 0] * 4,)),
+    ('names: relative', lambda record, node: record.publishers.update({'/walls': {node}}),
+     ('/elsewhere/arena',), ('/judged/arena',)),
+    ('cmd_vel: at rest', lambda record, speed: change(
+        record, 'cmd_vel', -0.3, 'angular.z', speed), (1e-9,), (5e-7, -5e-7)),
+    ('odom: twist', lambda record, speed: [change(
+        record, 'odom', number / 100.0, 'twist.twist.linear.x', speed) for number in range(50)],
+     (), (0.1, -4.8)),
+    ('odom: pose', lambda record, z: change(record, 'odom', 0.2, 'pose.pose.orientation.z', z),
+     (0.005,), (0.05, -0.05)),
+    ('joint_states: names', lambda record, name: setattr(
+        record.topics['joint_states'][5].message, 'name', [name]),
+     ('wheel_joint',), ('antenna_joint',)),
+    ('joint_states: velocity', lambda record, factor: scale_wheel(record, factor, 'velocity'),
+     (0.92, 1.08), (0.88, 1.15)),
+    ('joint_states: velocity', lambda record, speed: setattr(
+        record.topics['joint_states'][5].message, 'velocity', [speed, 0.0, 0.0]), (), (-0.1,)),
+    ('drive: rolling', 'slip', (0.98,), (0.973, 1.027)),
+    ('drive: rolling', lambda record, factor: scale_wheel(record, factor, 'position', 'velocity'),
+     (1.0,), (-1.0,)),
+    urdf('drive: rolling', "joint[@name='wheel_joint']/axis", 'xyz', '0 -1 0'),
+    urdf('drive: stem', "joint[@name='stem_joint']/axis", 'xyz', '0 0 -1'),
+    ('drive: stem', 'crooked', (radians(4.0),), (radians(-6.0),)),
+    ('drive: stem first', turn_late, (-0.005,), (0.005,)),
+    ('drive: straight', lambda record, dy: change(record, 'pose', 0.2, 'y', dy),
+     (0.04,), (0.08, -0.08)),
+    ('drive: overshoot', lambda record, dx: change(record, 'pose', 0.55, 'x', dx),
+     (0.04,), (0.08,)),
+    ('drive: goal', lambda record, dx: change_request(
+        record, 'drives', goal=(CENTER[0] + 1.2 + dx, CENTER[1] + 0.9)), (0.04,), (0.06,)),
+    ('drive: speed', lambda record, dy: change(record, 'cmd_vel', 0.2, 'linear.y', dy),
+     (), (0.3,)),
+    urdf('URDF: base_link', "link[@name='base_link']/visual/geometry/box", 'size', '0.3 0.3 0.27'),
+    urdf('URDF: platform', "link[@name='platform']/visual/origin", 'rpy', '0.05 0 0', '0 -0.05 0'),
+    urdf('URDF: platform', "joint[@name='eyes_joint']/origin", 'xyz', '0 0 3'),
+    urdf('URDF: room to turn', "link[@name='base_link']/visual/origin", 'xyz', '0 0 1.1'),
+    urdf('URDF: platform', "joint[@name='platform_joint']/axis", 'xyz', '0 0 1'),
+    urdf('URDF: post', "link[@name='post']/visual/origin", 'xyz', '0.03 0 0', '0 0 -0.8'),
+    urdf('URDF: stem', "link[@name='stem']/visual/origin", 'xyz', '0 0 0.9'),
+    urdf('URDF: stem', "joint[@name='stem_joint']/axis", 'xyz', '0 1 0'),
+    urdf('URDF: wheel', "joint[@name='wheel_joint']/parent", 'link', 'base_link'),
+    urdf('URDF: wheel', "joint[@name='wheel_joint']/origin", 'rpy', '1.5708 0 0'),
+    urdf('URDF: wheel', "link[@name='wheel']/visual/origin", 'rpy', '0 0 0'),
+    urdf('URDF: wheel', "joint[@name='wheel_joint']", 'type', 'revolute'),
+    urdf('URDF: colors', "link[@name='platform']/visual/material", 'name', 'green'),
+    urdf('URDF: numbers', "link[@name='wheel']/visual/geometry/cylinder", 'radius', '0.22'),
+    urdf('URDF: numbers', "link[@name='platform']/visual/geometry/cylinder", 'radius', '0.15'),
+    urdf('URDF: numbers', "link[@name='platform']/visual/origin", 'xyz', '0 0 0.1'),
+    ('place', lambda record, x: change_request(record, 'places', value=(x, *FAR[1:])),
+     (1.508,), (1.52,)),
+    ('place', lambda record, accepted: change_request(record, 'places', accepted=accepted),
+     (True,), (False,)),
+    ('drop', move_response, (-0.45,), (-0.55,)),
+    ('drop', partial(move_response, accepted=False), (), (-0.1,)),
+    ('drop: answer first', move_response, (-0.0005, 0.0035), (0.0045,)),
+    ('drop: answer first', partial(move_response, missing=1), (0.0035,), (0.0045,)),
+    ('drop: answer first', move_early, (), (1e-4,)),
+    ('brick: hovers', lambda record, dx: shift(record, 'brick', -0.4, dx), (0.0005,), (0.002,)),
+    ('brick: rides', lambda record, dx: shift(record, 'brick', 6.4, dx), (0.15,), (0.3,)),
+    ('brick: rides', lambda record, y: setattr(record.drops[1], 'place', (CLOSE[0], y, CLOSE[2])),
+     (CLOSE[1] + 0.015,), (CLOSE[1] + 0.03, -CLOSE[1])),
+    ('fall: acceleration', 'gravity', (9.63, 9.99), (9.59, 10.03, 15.0)),
+    ('fall: acceleration', 'step', (0.002, 0.02), ()),
+    ('fall: course', 'aside', (0.002,), (0.05,)),
+    # At 3.2 s, the brick falls 0.027 m in one step.
+    ('fall: course', lambda record, dz: shift(record, 'brick', 3.2, dz, 2),
+     (0.04, -0.04), (0.055, -0.055)),
+    ('tilt', tilt_in_tf, (0.31,), (-0.3, 0.33)),
+    ('fall: ground', 'below', (0.0,), (-0.06, 0.06)),
+    ('fall: platform', 'above', (0.0,), (-0.06, 0.06)),
+    ('brick: angle', 'lean', (0.018, -0.018), (0.022,)),
+    ('slide: law', 'pull', (1.0,), (0.8, 1.15, 1e-6)),
+    ('slide: end', 'stop', (), (NUMBERS['platform_radius'], NUMBERS['platform_radius'] + LENGTH)),
+    ('slide: end', lambda record, dz: shift(record, 'brick', (
+        record.drops[1].floated - BEGIN) * SECONDS_PER_NS, dz, 2), (0.02,), (-0.06,)),
+    ('brick: floats', 'drift', (0.002,), (0.006,)),
+    ('again', lambda record, never: setattr(record.drops[1], 'leveled', never), (), (None,)),
+    ('carry', lambda record, dx: setattr(
+        record.drops[1], 'carried_to', (CENTER[0] + dx, CENTER[1])), (0.08,), (0.12,)),
+    ('walls: size', lambda record, z: setattr(
+        record.markers[0].marker.pose.position, 'z', z), (0.25,), (-0.25,)),
+    ('walls: size', lambda record, x: setattr(
+        record.markers[0].marker.pose.position, 'x', x), (5.9,), (-5.5, 7.0)),
+    ('walls: visible', publish_walls, (range(-1, 12),), ((0.0,), (0.0, 0.1))),
+    ('brick marker: visible', lambda record, latched: record.latched.update(
+        {'/brick_marker': latched}), (), (False,)),
+    ('brick marker: place', lambda record, dx: setattr(
+        record.markers[4].marker.pose.position, 'x', dx), (0.005,), (0.02,)),
+    ('markers: frames', lambda record, alpha: setattr(
+        record.markers[0].marker.color, 'a', alpha), (0.1,), (0.0,)),
+    ('verdict: in time', remove_verdict, (), (None,)),
+    ('verdict: out of reach', partial(change_verdict, number=0, should_be_caught=False),
+     (True,), (False,)),
+    ('verdict: in reach', partial(change_verdict, number=1, should_be_caught=True),
+     (False,), (True,)),
+    ('verdict: kept', partial(change_verdict, number=1, should_be_caught=None), (False,), (True,)),
+    ('text: time', change_text, (2.71, 3.29), (2.69, 3.31)),
+    ('text: time', partial(remove_text, action=Marker.DELETE), (2.71,), (3.31,)),
+    ('text: time', partial(remove_text, action=Marker.DELETEALL), (3.29,), (2.69,)),
+    # Repeated text is visible from the first message until the last one expires.
+    ('text: time', partial(change_text, again=(1.0, 2.0)), (1.0,), (3.0,)),
+    ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
+     ('unreachable!', 'UNREACHABLE')),
+    ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)))
+"""Each row contains a rule, a change to a correct record, and accepted and rejected values."""
+
+
+def test_a_correct_record_meets_all_requirements_and_an_empty_record_none():
+    found = referee.RULES.judge(make_record())
+    assert len(found) == 60
+    assert [one for one in found if one.mark != MET] == []
+    assert {one.mark for one in referee.RULES.judge(Record(Profile()))} == {FAILED, OPEN}
+
+
+@pytest.mark.parametrize('rule, off, allowed, failed', FAULTS)
+def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, failed):
+    parts, others, rate = ((drive,), ROBOT_RULES, 100.0) if rule in ROBOT_RULES else (
+        PARTS, BRICK_RULES, 10.0)
+    for value in (*allowed, *failed):
+        if isinstance(off, str):
+            record = make_record(parts, **{'rate': rate, off: value})
+        else:
+            record = make_record(parts, rate=rate)
+            off(record, value)
+        if value in allowed:
+            assert judge(record, rule)[0].mark == MET, value
+        else:
+            found = [one for one in judge(record, *others) if one.mark == FAILED]
+            assert [one.name for one in found if not one.follows] == [rule], value
+
+
+@pytest.mark.parametrize('rate, met', (
+    (97.7, False), (98.3, True), (101.7, True), (102.3, False)))
+def test_rates_are_measured_by_stamps(rate, met):
+    names = {f'rate: {name}' for name in ('cmd_vel', 'odom', 'joint_states', 'base_link')}
+    record = make_record((drive,), rate=rate)
+    record.publishers['/judged/joint_states'] = {'/gui', '/judged/turtle_robot'}
+    found = judge(record, *names)
+    assert sum('published by /gui and /judged/turtle_robot' in one.measured for one in found) == 1
+    assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
+
+
+def test_a_fault_outside_a_stall_fails():
+    record = make_record((drive,))
+    change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
+    # Drives are not judged within 1 s after a machine stall. The second drive is correct.
+    for begin, expected in ((-3.0, FAILED), (-0.9, OPEN), (0.2, OPEN), (1.5, FAILED)):
+        record.stalls = [(at(begin), at(begin + 0.1))]
+        found, = judge(record, 'drive: goal')
+        assert found.mark == expected
+        assert ('the machine was overloaded in' in found.measured) == (expected == OPEN)
+
+
+def test_a_fault_during_a_stall_is_open():
+    record = make_record(rate=10.0, gravity=15.0, slip=2.0, drift=1.0)
+    remove_verdict(record, None)
+    record.stalls = [(at(-1.0), at(10.0))]
+    failed = {one.name for one in referee.RULES.judge(record) if one.mark == FAILED}
+    assert failed == set()
+
+
+def test_velocities_are_judged_only_if_they_are_published():
+    record = make_record()
+    for received in record.topics['joint_states']:
+        del received.message.velocity[:]
+    assert judge(record, 'joint_states: velocity')[0].mark == OPEN
+
+
+def test_dependencies_are_rules_without_circles():
+    for name in NAMES:
+        assert referee.RULES.all_dependencies(name) <= NAMES - {name}
+
+
+def test_an_absent_topic_breaks_many_rules_with_one_cause():
+    record = make_record()
+    record.topics['robot_description'].clear()
+    found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
+    assert {one.measured for one in found} == {'there is no robot_description'}
+    assert [one.follows for one in found] == [[], *[['frames: robot']] * (len(found) - 1)]
+    record.crashes = ['publisher crashed: exit status 1']
+    found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
+    assert {tuple(one.follows) for one in found} == {('publisher crashed',)}
+
+
+def test_a_part_of_the_interface_that_cannot_be_used_is_open():
+    record = make_record()
+    record.unclear = dict.fromkeys(('tilt', 'place', 'goal_pose', 'wheel'), 'unclear')
+    found = {one.name: one.measured for one in referee.RULES.judge(record) if one.mark != MET}
+    assert set(found.values()) == {'unclear'}
+    assert {'tilt', 'place', 'drop', 'drive: goal', 'URDF: wheel', 'carry'} <= found.keys()
+
+
+def test_frames_may_have_other_names():
+    record = make_record()
+    for name, other in (('brick', 'brick_1'), ('platform', 'tray')):
+        record.profile.frames[name] = other
+        record.frames[other] = record.frames.pop(name)
+    record.markers[4].marker.header.frame_id = 'brick_1'
+    description = record.topics['robot_description'][0].message
+    description.data = description.data.replace('"platform"', '"tray"')
+    assert {one.mark for one in referee.RULES.judge(record)} == {MET}
+
+
+def test_a_frame_is_interpolated_between_close_transforms():
+    record = Record(Profile())
+    for seconds, parent in ((0.0, 'world'), (0.1, 'world'), (0.3, 'world'), (0.4, 'platform')):
+        add_transforms(record, 'brick', parent, [(seconds, pose((seconds, 0.0, 0.0)))])
+    frame = record.frames['brick']
+    assert frame.at(at(0.05)).pose.position[0] == pytest.approx(0.05)
+    assert frame.at(at(0.2)) is None
+    assert frame.at(at(0.35)) == frame.samples[2]
+    assert frame.at(at(0.44)) == frame.samples[-1]
+    assert frame.at(at(0.46)) is None
+
+
+@pytest.mark.filterwarnings('ignore:invalid value')
+@pytest.mark.parametrize('odd', (nan, inf, 0.0))
+def test_nan_and_infinity_are_judged(odd):
+    record = make_record()
+    for frame in record.frames.values():
+        for sample in frame.samples:
+            sample.pose.position[:] = odd
+            sample.pose.axes[:] = odd
+    for received in record.topics['pose']:
+        received.message.x = odd
+    for received in record.markers:
+        received.marker.pose.position.x = received.marker.scale.x = odd
+    found = {one.name: one.mark for one in referee.RULES.judge(record)}
+    assert len(found) == len(referee.RULES)
+    assert MET not in {found[name] for name in (
+        'walls: size', 'drive: goal', 'odom: pose', 'slide: law', 'place')}
+
+
+def test_a_record_can_be_limited_to_the_newest_messages():
+    record = make_record()
+    latest = record.frames['brick'].samples[-1]
+    record.keep_newest(10)
+    assert record.frames['brick'].samples[-1] is latest
+    assert max(len(frame.samples) for frame in record.frames.values()) == 10
+    assert max(map(len, record.topics.values())) == 10

@@ -1,0 +1,126 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Test the demo's error messages, fault detection and choice of ROS domain."""
+
+import os
+import signal
+import sys
+from types import SimpleNamespace
+
+from live_graph import graph, process
+import pytest
+import rclpy
+from rclpy.context import Context
+from turtle_brick_tools import demo
+from turtle_brick_tools.graph import executable
+from turtle_graph.client.domains import DomainError, RANGE_VARIABLES
+from turtlesim.msg import Pose
+
+WAIT = 600.0
+
+
+@pytest.mark.parametrize('domain, args, words', [
+    ('abc', '', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
+    ('233', '', "ROS_DOMAIN_ID is '233'"),
+    ('', '', 'the package no_package is not installed'),
+    ('', '--place 1 2 3 --place 1 2 -3', 'z is -3 m, but must be at least 0.06 m so that the'),
+    ('', '--namespace a', "failed to initialize rcl: Couldn't parse parameter override rule")])
+def test_invalid_input_gives_one_sentence(domain, args, words, monkeypatch, capsys):
+    def start(namespace='', **_):
+        if namespace:
+            rclpy.init(args=['--ros-args', '-p', 'colors:=[1, red]'], context=Context())
+        executable('no_package', 'no_program')
+
+    monkeypatch.setattr(demo, 'Graph', start)
+    monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
+    monkeypatch.setenv('ROS_DOMAIN_ID', domain)
+    assert demo.main(args.split()) == 1
+    sentence, = capsys.readouterr().err.splitlines()
+    assert sentence.startswith(f'demo: {words}') and ', at /' not in sentence
+
+
+@pytest.mark.parametrize('observed, fault', [
+    ({'down': None}, 'the brick did not land'),
+    ({'refusals': [1, 2], 'caught': False, 'distance': 9.0},
+     'reported as Unreachable more than once'),
+    ({'caught': False}, 'neither reported as Unreachable nor caught'),
+    ({'refusals': [1], 'distance': 9.0}, 'reported as Unreachable, but caught'),
+    ({'refusals': [1], 'caught': False}, 'reported as Unreachable within the guaranteed 1.46 m'),
+    ({'floated': None}, 'caught, but not tipped off'),
+])
+def test_each_fault_is_found(observed, fault):
+    def found(**observed):
+        return demo.faults(SimpleNamespace(**{
+            'distance': 0.0, 'refusals': [], 'down': 1, 'caught': True, 'floated': 2, **observed}),
+            1.46)
+
+    assert not found()
+    assert not found(refusals=[1], caught=False, distance=1.47)
+    assert found(**observed) == [fault]
+
+
+def test_demo_reserves_and_prints_an_empty_domain(monkeypatch, capsys):
+    for name in (*RANGE_VARIABLES, 'ROS_DOMAIN_ID'):
+        monkeypatch.setenv(name, '')  # monkeypatch restores this variable after the test.
+    with demo.choose_domain() as shared:
+        first = os.environ['ROS_DOMAIN_ID']
+        assert os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'LOCALHOST'
+        assert not shared
+        assert f'export ROS_DOMAIN_ID={first}\n' in capsys.readouterr().out
+        os.environ['ROS_DOMAIN_ID'] = ''
+        with demo.choose_domain():
+            assert os.environ['ROS_DOMAIN_ID'] != first
+    for variable in RANGE_VARIABLES:
+        os.environ[variable] = 'SUBNET'  # Other machines may run nodes in this domain.
+        with demo.choose_domain() as shared:
+            assert shared and os.environ.pop(variable) == 'SUBNET'
+
+
+def test_demo_uses_the_domain_of_the_user(domain_id):
+    with demo.choose_domain() as shared:
+        assert not shared
+        assert os.environ['ROS_DOMAIN_ID'] == str(domain_id)
+    with graph(domain_id), demo.choose_domain() as shared:
+        assert shared
+
+
+def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(live, monkeypatch):
+    live.listener.create_subscription(Pose, 'arena_1/turtle1/pose', print, 10)
+    live.listener.create_publisher(Pose, 'arena_3/turtle1/pose', 10)
+    monkeypatch.setattr(demo, 'DISCOVERY_TIME', 0.5)
+    demo.check_for_other_robots(['arena_1', 'arena_2'])
+    live.listener.create_publisher(Pose, 'arena_2/turtle1/pose', 10)
+    monkeypatch.setattr(demo, 'DISCOVERY_TIME', WAIT)
+    with pytest.raises(DomainError, match=f'domain {live.domain_id} .* arena_2/turtle1/pose'):
+        demo.check_for_other_robots(['arena_1', 'arena_2'])
+
+
+def test_two_arenas_are_separate_and_end_with_the_demo(live):
+    """All topics, including those of TF, are in the namespaces of the arenas."""
+    command = [sys.executable, '-m', 'turtle_brick_tools.demo', '--no-view', '--arenas', '2',
+               *'--place 5.5 5.5 8'.split() * 18]
+    with process(command, live.domain_id, timeout=WAIT) as both:
+        both.wait_for_output('(?s)(brick is falling.*){2}', WAIT)
+
+        def topics():
+            return {name.split('/')[1] for name, _ in live.listener.get_topic_names_and_types()
+                    if live.listener.count_publishers(name)} - {'rosout', 'parameter_events'}
+
+        arenas = {'arena_1', 'arena_2'}
+        live.spin_until(lambda: topics() >= arenas, WAIT, 'both are discovered')
+        assert topics() == arenas
+        both.send(signal.SIGTERM)
+        live.spin_until(lambda: not topics(), WAIT, 'all nodes have ended')
+        assert ' dropped: ' not in both.output, 'the arenas end before the last drop'

@@ -1,0 +1,54 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Test the helpers for live tests."""
+
+import sys
+
+from live_graph import graph, process, TIMEOUT
+import pytest
+from turtle_graph.client.record import message_rate
+
+
+def test_node_errors_and_timeouts_fail_the_test(domain_id):
+    with pytest.raises(ZeroDivisionError), graph(domain_id) as live:
+        with pytest.raises(TimeoutError, match='nothing'):
+            live.wait_for(lambda: False, 0.1, 'nothing')
+        live.listener.create_timer(0.01, lambda: 1 / 0)
+        live.wait_for(lambda: False, TIMEOUT, 'an error')
+
+
+SIGNAL_HANDLER = """
+import signal, sys
+signal.signal(signal.SIGINT, lambda *_: sys.exit(int(sys.argv[1])))
+print('ready', flush=True)
+signal.pause()
+"""
+
+
+def test_process_must_end_with_status_0(domain_id):
+    with process([sys.executable, '-c', SIGNAL_HANDLER, '0'], domain_id) as running:
+        running.wait_for_output('ready', TIMEOUT)
+    with pytest.raises(AssertionError, match='status 3.*\nready'):
+        with process([sys.executable, '-c', SIGNAL_HANDLER, '3'], domain_id) as running:
+            running.wait_for_output('ready', TIMEOUT)
+
+
+def test_rate_ignores_late_messages_but_not_missing_ones():
+    times = [number * 0.01 for number in range(300)]
+    for begin in (0.0, 0.4, 1.5, 2.8):
+        late = [max(time, begin + 0.2) if time >= begin else time for time in times]
+        assert message_rate(late) == pytest.approx(100.0, rel=0.001)
+    kept = [time for number, time in enumerate(times) if number % 50]
+    assert message_rate(kept) == pytest.approx(98.0, rel=0.002)

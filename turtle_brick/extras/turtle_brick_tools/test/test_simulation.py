@@ -1,0 +1,152 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Test the closed-loop simulation and the two guarantees of the catcher.
+
+The robot catches every brick that the catcher reports as reachable. The catcher never refuses a
+brick within the `guaranteed_distance` of a robot at rest.
+"""
+
+from dataclasses import replace
+from math import cos, dist, exp, log, pi, sin
+from random import Random
+
+from laws import PARAMETERS
+import pytest
+from turtle_brick.core.catch_logic import CENTER, GOAL_TOLERANCE, State
+from turtle_brick.core.reachability import (DETECTION_TIME, drive_time, fall_time,
+                                            guaranteed_distance, resting_height)
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.physics import Phase
+from turtle_brick_tools.simulation import Delays, SimulatedDrop, Simulation
+
+STEP = 0.004
+
+# Delays as in the live ROS graph but without timer jitter, and longer delays with jitter.
+DELAYS = [Delays(), Delays(0.0010, 0.0040, 0.002, 0.0003)]
+
+
+def random_parameters(random):
+    radius = exp(random.uniform(log(0.1), log(1.0)))
+    return replace(
+        PARAMETERS,
+        max_velocity=exp(random.uniform(log(0.4), log(10.0))),
+        gravity_accel=random.uniform(1.5, 25.0),
+        platform_radius=radius,
+        platform_height=random.uniform(0.7, 2.5) + radius,
+        tilt_angle=random.uniform(0.2, 1.5),
+        brick_size=tuple(random.uniform(0.05, 0.4) for _ in range(3)))
+
+
+def position_near_the_limit(random, simulation):
+    """Return a random brick position (m), usually near the guaranteed distance."""
+    parameters = simulation.parameters
+    z = resting_height(parameters) + exp(random.uniform(log(0.3), log(12.0)))
+    limit = guaranteed_distance(z, parameters)
+    pose = simulation.turtle.pose
+    for _ in range(100):
+        near = random.random() < 0.7
+        fraction = random.uniform(0.95, 1.05) if near else random.uniform(0.2, 1.2)
+        distance, angle = fraction * max(limit, 0.05), random.uniform(-pi, pi)
+        x, y = pose.x + distance * cos(angle), pose.y + distance * sin(angle)
+        if 0.0 <= x <= ARENA_SIZE and 0.0 <= y <= ARENA_SIZE:
+            return x, y, z
+    return random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE), z
+
+
+@pytest.mark.parametrize('delays', DELAYS)
+def test_both_guarantees_hold(delays):
+    random = Random(f'{delays}')
+    verdicts = []
+    for arena in range(10):
+        parameters = random_parameters(random)
+        simulation = Simulation(parameters, arena, delays, (
+            random.uniform(0.0, ARENA_SIZE), random.uniform(0.0, ARENA_SIZE),
+            random.uniform(-pi, pi)))
+        simulation.rest(0.3)
+        for _ in range(3):
+            result = simulation.drop(position_near_the_limit(random, simulation))
+            decision, case = result.decision, f'{parameters} {result}'
+            guaranteed = guaranteed_distance(result.brick[2], parameters)
+            assert not SimulatedDrop(0, arena, result, guaranteed).broken_guarantee, case
+            # An unreachable brick is missed because the robot does not move.
+            assert result.caught is decision.reachable, case
+            assert simulation.world.phase is (
+                Phase.FLOATING if result.caught else Phase.GROUNDED), case
+            time = fall_time(result.brick[2], parameters)
+            assert 0.008 - 1e-9 <= result.decision_time <= 0.012 + 1e-9, case
+            assert decision.available == pytest.approx(time - result.decision_time, abs=STEP), case
+            if result.caught:
+                assert 0.0 <= result.fall_time - time <= STEP + 1e-9, case
+                assert dist(result.carried_to, CENTER) <= GOAL_TOLERANCE, case
+                assert 0.0 < result.slide_time < 10.0, case
+            verdicts.append(decision.reachable)
+        assert len(simulation.decisions) == 3, parameters
+    assert verdicts.count(True) >= 8
+    assert verdicts.count(False) >= 5
+
+
+def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
+    random = Random(1)
+    verdicts, states = [], set()
+    for arena in range(14):
+        simulation = Simulation(random_parameters(random), arena, DELAYS[1])
+        simulation.rest(0.3)
+        for _ in range(8):
+            simulation.world.brick = position_near_the_limit(random, simulation)
+            simulation.rest(random.choice((0.0, 0.004, 0.02, 0.05, 0.2)))
+            states.add(simulation.catcher.state)
+            earlier = len(simulation.decisions)
+            simulation.world.release()
+            if random.random() < 0.5:
+                simulation.rest(random.uniform(0.0, 0.2))
+                continue
+            assert simulation.run(lambda: simulation.world.phase is not Phase.FALLING, 60.0)
+            (_, decision), = simulation.decisions[earlier:]
+            is_caught = simulation.world.phase is Phase.RIDING
+            assert is_caught or not decision.reachable, f'{simulation.parameters} {decision}'
+            verdicts.append(decision.reachable)
+            if is_caught and random.random() < 0.5:
+                simulation.run(lambda: simulation.catcher.state is State.TILTING, 20.0)
+                simulation.rest(random.uniform(0.0, 1.5))
+            else:
+                simulation.rest(random.uniform(0.0, 0.5))
+    assert verdicts.count(True) >= 10
+    assert verdicts.count(False) >= 3
+    assert states == set(State)
+
+
+@pytest.mark.parametrize('delays', DELAYS)
+def test_command_latency_is_neither_too_short_nor_too_long(delays):
+    """The parameter command_latency exceeds the maximum simulated latency by 0 to 25 ms."""
+    random = Random(f'{delays}')
+    latencies = []
+    for seed in range(50):
+        simulation = Simulation(PARAMETERS, seed, delays)
+        simulation.rest(0.3)
+        distance, angle = random.uniform(0.6, 3.0), random.uniform(-pi, pi)
+        start = simulation.turtle.pose[:2]
+        goal = start[0] + distance * cos(angle), start[1] + distance * sin(angle)
+        simulation.world.brick = (*goal, 20.0)
+        simulation.rest(0.1)
+        simulation.world.release()
+        assert simulation.run(lambda: dist(simulation.world.platform.pose.position[:2], goal)
+                              <= PARAMETERS.platform_radius, 5.0)
+        drive = drive_time(dist(start, goal), PARAMETERS) - PARAMETERS.command_latency
+        (decided, _), = simulation.decisions
+        latencies.append((simulation.now - decided) * 1e-9 - drive)
+    latency = PARAMETERS.command_latency
+    assert latency - 0.025 <= max(latencies) <= latency
+    # The third position sample of the fall arrives at most 12 ms after the release.
+    assert DETECTION_TIME >= 0.012

@@ -1,0 +1,302 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+demo: run the whole graph in one process and drop bricks.
+
+By default, the demo drops two bricks: one that can be caught and one that cannot. With --arenas N,
+the demo runs N arenas in parallel, each in its own process and namespace.
+
+The exit status is 0 if the catcher accepted every brick for which a catch is guaranteed, and the
+robot caught every accepted brick and tipped it off the platform. Otherwise, it is 1.
+"""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from gc import freeze
+from math import cos, inf, pi, sin
+import os
+from random import Random
+import re
+import subprocess
+import sys
+import webbrowser
+
+from ament_index_python.packages import PackageNotFoundError
+from rclpy.node import Node
+from turtle_brick.core.geometry import Vector
+from turtle_brick.core.parameters import load, Parameters
+from turtle_brick.core.reachability import guaranteed_distance, resting_height
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
+from turtle_brick.physics import World
+from turtle_brick_tools import positive_int
+from turtle_brick_tools.graph import Graph
+from turtle_brick_tools.simulation import guaranteed_distance_to
+from turtle_graph.client.client import GraphClient
+from turtle_graph.client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
+                                         reserved_domain, restrict_to_localhost)
+from turtle_graph.client.drops import DropWatch
+from turtle_graph.client.observer import Observer
+from turtle_graph.client.profiles import Profile
+from turtle_graph.client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
+
+START_TIMEOUT = 30.0
+"""Timeout (s) for starting the graph."""
+
+BROWSER_TIMEOUT = 8.0
+"""Time (s) to wait for a browser to open the viewer page before the first drop."""
+
+HOVERING_TIME = 1.0
+"""Time (s) for which each brick hovers before the drop, so that users can see the brick."""
+
+DISCOVERY_TIME = 5.0
+"""Time (s) to wait for the discovery of other robots. Discovery usually takes less than 1 s, but a
+lost announcement is repeated only after 3 s."""
+
+KEPT_MESSAGES = 1000
+"""Maximum number of earlier messages kept per topic when a drop starts."""
+
+FIRST_PORT = 8080
+"""Port of the first arena's viewer. Each additional arena uses the next higher port number."""
+
+KEEPS_RUNNING = 'The graph keeps running until you press Ctrl-C.'
+
+ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_marker')
+"""Topics published only by turtlesim, a robot or an arena."""
+
+
+@contextmanager
+def choose_domain() -> Iterator[bool]:
+    """Select a ROS domain, and yield whether the domain may contain other nodes."""
+    restrict_to_localhost()
+    local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') == 'LOCALHOST'
+    given = os.environ.get('ROS_DOMAIN_ID')
+    if given:
+        if not given.isdecimal() or int(given) > LAST_DOMAIN:
+            raise DomainError(f'ROS_DOMAIN_ID is {given!r:.40}, but must be a whole number '
+                              f'from 0 to {LAST_DOMAIN}')
+        yield not local or not is_empty(int(given))
+        return
+    # Skip the default domain 0 because another graph could be launched in it later.
+    with reserved_domain(DOMAINS[1:]) as domain:
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+        print(f'Using ROS domain {domain}. In another terminal: export ROS_DOMAIN_ID={domain}',
+              flush=True)
+        yield not local
+
+
+def check_for_other_robots(namespaces: Sequence[str]) -> None:
+    """Raise DomainError if another robot is running in one of the namespaces."""
+    topics = [f'{name}/{topic}' for name in namespaces for topic in ROBOT_TOPICS]
+    with Graph() as graph, suppress(TimeoutError):
+        node = graph.add(Node, parameters=False, node_name='other_robot_check')
+        graph.spin_until(lambda: any(map(node.count_publishers, topics)), DISCOVERY_TIME, '')
+        raise DomainError(
+            f'another robot is running in ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0} '
+            f'(published topics: {", ".join(filter(node.count_publishers, topics))}); stop it, '
+            'or choose another ROS_DOMAIN_ID')
+
+
+def faults(watch: DropWatch, guaranteed: float) -> list[str]:
+    """Return the faults in a drop, given the `guaranteed_distance` (m) for the brick."""
+    found = []
+    if watch.down is None:
+        found.append('the brick did not land')
+    if len(watch.refusals) > 1:
+        found.append('reported as Unreachable more than once')
+    if not watch.refusals and not watch.caught:
+        found.append('neither reported as Unreachable nor caught')
+    if watch.refusals and watch.caught:
+        found.append('reported as Unreachable, but caught')
+    if watch.refusals and watch.distance <= guaranteed:
+        found.append(f'reported as Unreachable within the guaranteed {guaranteed:.2f} m')
+    if watch.caught and watch.floated is None:
+        found.append('caught, but not tipped off')
+    return found
+
+
+def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
+                 farthest: float) -> Vector:
+    """Return a position (m). `nearest` and `farthest` are factors for `guaranteed_distance`."""
+    robot = client.robot_position()
+    assert robot is not None
+    while True:
+        z = resting_height(parameters) + random.uniform(3.0, 6.0)
+        distance = random.uniform(nearest, farthest) * guaranteed_distance(z, parameters)
+        angle = random.uniform(-pi, pi)
+        x, y = robot[0] + distance * cos(angle), robot[1] + distance * sin(angle)
+        if within_arena(x, y) == (x, y):
+            return x, y, z
+
+
+def bricks(options: argparse.Namespace, client: GraphClient,
+           parameters: Parameters) -> Iterator[Vector]:
+    """Yield the brick positions (m) selected by the command-line options."""
+    if options.drops:
+        random = Random(f'{options.namespace}{options.seed}')
+        for _ in range(options.drops):
+            yield random_brick(random, client, parameters, 0.2, 1.2)
+    elif options.place:
+        yield from options.place
+    else:
+        yield parameters.brick_start
+        # This corner of the arena is visible from the initial camera position.
+        yield (ARENA_SIZE - 0.5, ARENA_SIZE - 0.5, resting_height(parameters) + 1.0)
+
+
+def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
+    """Start all nodes in an empty graph, drop bricks, and return whether the demo succeeded."""
+    graph.add_turtlesim()
+    graph.add_robot_state_publisher()
+    graph.add_robot()
+    graph.add_arena()
+    graph.add_catcher()
+    observer = graph.add(Observer, parameters=False, name='demo',
+                         profile=Profile.from_parameters(parameters))
+    client = GraphClient(graph, observer)
+    graph.spin_until(client.is_complete, START_TIMEOUT,
+                     'turtlesim, robot, arena and catcher are connected')
+    prefix = f'{options.namespace}: ' if options.namespace else ''
+    watches, faulty = [], 0
+    for brick in bricks(options, client, parameters):
+        client.place(brick, HOVERING_TIME).check()
+        observer.record.keep_newest(KEPT_MESSAGES)
+        # Without freeze(), a garbage collection could stop all nodes for 0.3 s during the fall.
+        freeze()
+        watch = client.drop(brick)
+        watches.append(watch)
+        found = faults(watch, guaranteed_distance_to(brick, parameters))
+        for fault in found:
+            print(f'{prefix}FAULT: {fault}\n', end='', flush=True)
+        if found:
+            faulty += 1
+    caught = [watch.caught for watch in watches]
+    refused = [watch for watch in watches if watch.refusals]
+    # Print the newline with the text so that lines from several processes stay separate.
+    print(f'{prefix}{len(watches)} dropped: {sum(caught)} caught, {len(refused)} Unreachable, '
+          f'{faulty} faulty\n', end='', flush=True)
+    graph.remove(observer)  # Stop recording messages.
+    if options.drops or options.place:
+        return faulty == 0
+    return faulty == 0 and caught == [True, False]
+
+
+def start_viewer(graph: Graph, port: int) -> None:
+    """Start the viewer on `port`, and open its page in a browser if a display is available."""
+    prefix = f'{graph.namespace}: ' if graph.namespace else ''
+    viewer = graph.add_process('turtle_brick', 'viewer', '--ros-args', '-p', f'port:={port}',
+                               listener=lambda line: sys.stderr.write(prefix + line))
+
+    def wait_for_output(pattern: str, timeout: float) -> re.Match[str] | None:
+        with suppress(TimeoutError):
+            graph.spin_until(lambda: re.search(pattern, viewer.output) or not viewer.running,
+                             timeout, 'the viewer has printed a message')
+        return re.search(pattern, viewer.output)
+
+    address = wait_for_output(r'Viewer: (http\S+)', START_TIMEOUT)
+    display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
+    if address and display and sys.stdout.isatty() and webbrowser.open(address[1]):
+        wait_for_output('Viewer: a browser has opened the page', BROWSER_TIMEOUT)
+
+
+def is_interactive() -> bool:
+    """Return whether the demo is running in a terminal."""
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def run(options: argparse.Namespace, parameters: Parameters) -> int:
+    """Run the demo in one arena and return the exit status."""
+    with Graph(namespace=options.namespace, tf_inside=bool(options.namespace)) as graph:
+        if not options.no_view:
+            start_viewer(graph, options.port)
+        good = run_scenario(graph, options, parameters)
+        if is_interactive():
+            if not options.namespace:
+                print(KEEPS_RUNNING)
+            graph.spin_until(lambda: False, inf, 'Ctrl-C')
+    return 0 if good else 1
+
+
+def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
+    """Run the demo in several namespaces in parallel, with one process per namespace."""
+    if is_interactive():
+        print(KEEPS_RUNNING, flush=True)
+    command = [sys.executable, '-m', 'turtle_brick_tools.demo', *args]
+    # A process in a new session does not receive Ctrl-C from the terminal.
+    arenas = [subprocess.Popen([*command, '--namespace', name, '--port', str(FIRST_PORT + number)],
+                               start_new_session=True) for number, name in enumerate(names)]
+    try:
+        while any(arena.poll() is None for arena in arenas):
+            if INTERRUPTED.wait(LONGEST_WAIT):
+                raise KeyboardInterrupt
+    finally:
+        for arena in arenas:
+            arena.terminate()
+        for arena in arenas:
+            arena.wait()
+    return 1 if any(arena.returncode for arena in arenas) else 0
+
+
+def parse(args: Sequence[str]) -> argparse.Namespace:
+    """Parse the command line."""
+    parser = argparse.ArgumentParser(
+        prog='demo', description='Run the whole graph in one process and drop bricks.')
+    positions = parser.add_mutually_exclusive_group()
+    positions.add_argument(
+        '--place', nargs=3, type=float, action='append', metavar=('X', 'Y', 'Z'), default=[],
+        help='drop a brick from this position (m, world frame) instead of the two default '
+        'positions; repeatable')
+    positions.add_argument(
+        '--drops', type=positive_int, metavar='N',
+        help='drop N bricks from random positions instead of the two default positions')
+    parser.add_argument('--seed', type=int, default=1, metavar='N',
+                        help='seed for the random positions (default: 1)')
+    parser.add_argument(
+        '--arenas', type=positive_int, default=1, metavar='N',
+        help='run N arenas in parallel in the namespaces arena_1, arena_2, ...; each requires '
+        'half a core or more')
+    parser.add_argument('--no-view', action='store_true', help='do not start the browser viewer')
+    parser.add_argument('--namespace', default='', help=argparse.SUPPRESS)
+    parser.add_argument('--port', type=int, default=FIRST_PORT, help=argparse.SUPPRESS)
+    return parser.parse_args(args)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the demo and return the exit status."""
+    args = sys.argv[1:] if args is None else args
+    options = parse(args)
+    handle_interrupts()
+    try:
+        parameters = load()
+        world = World.from_parameters(parameters)
+        for position in options.place:
+            world.brick = position  # The setter checks the position.
+        if options.namespace:
+            return run(options, parameters)
+        names = [f'arena_{number + 1}' for number in range(options.arenas)]
+        with choose_domain() as shared:
+            if shared:
+                check_for_other_robots(names if len(names) > 1 else [''])
+            return run_arenas(names, args) if len(names) > 1 else run(options, parameters)
+    except KeyboardInterrupt:
+        return 0
+    except (PackageNotFoundError, RuntimeError, TimeoutError, ValueError) as error:
+        # rclpy raises a RuntimeError whose message ends with locations in the source code of rcl.
+        print(f'demo: {error.args[0].partition(", at /")[0]}', file=sys.stderr)
+        return 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

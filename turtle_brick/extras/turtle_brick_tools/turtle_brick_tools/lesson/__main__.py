@@ -1,0 +1,67 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+lesson: print the numbers and draw the figures for the lesson in doc/lesson.
+
+Each part belongs to one page of the lesson. The sketches (sketch-*.svg) were drawn by hand.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+import sys
+
+from turtle_brick.core.parameters import load, ParameterError
+from turtle_brick_tools.lesson import falling, frames, queueing, reach, rolling
+
+PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queueing,
+         'reach': reach}
+
+
+def part(name: str) -> str:
+    """Return the name of a lesson part, or raise ArgumentTypeError if the name is unknown."""
+    if name not in PARTS:
+        raise argparse.ArgumentTypeError(f'{name!r} (choose from {", ".join(PARTS)})')
+    return name
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the selected parts of the lesson, by default all, and return the exit status."""
+    parser = argparse.ArgumentParser(
+        prog='lesson',
+        description='Print the numbers and draw the figures for the lesson in doc/lesson.')
+    parser.add_argument('parts', nargs='*', type=part, metavar='PART',
+                        help=f'part of the lesson: {", ".join(PARTS)} (default: all)')
+    parser.add_argument('--params-file', type=Path, metavar='FILE',
+                        help='parameter file (default: config/turtle.yaml of the package)')
+    parser.add_argument('--output', type=Path, default=Path('lesson'), metavar='DIR',
+                        help='directory for the figures (default: lesson)')
+    options = parser.parse_args(args)
+    try:
+        parameters = load(options.params_file)
+        options.output.mkdir(parents=True, exist_ok=True)
+        for name in options.parts or PARTS:
+            print(f'{name}:', *PARTS[name].report(parameters), sep='\n', flush=True)
+            path = options.output / f'lesson-{name}.png'
+            PARTS[name].draw(parameters, path)
+            print(f'  {path}', flush=True)
+    except (OSError, ParameterError) as error:
+        print(f'lesson: {error}', file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,122 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test that one command judges all workspaces, reports crashes and rejects invalid options."""
+
+import csv
+import os
+from pathlib import Path
+import re
+import signal
+import sys
+
+from live_graph import TIMEOUT
+import pytest
+from turtle_graph.client.processes import explain_missing, launch_error, Process
+from turtle_graph.referee import classroom, referee
+
+ROOT = Path(__file__).resolve().parents[3]
+DIED = "[ERROR] [{0}]: process has died [pid 7, exit code {1}, cmd '/lib/{0} --ros-args'].\n"
+
+IMPORT_ERROR = """[catcher-3] Traceback (most recent call last):
+[arena-2] waiting
+[catcher-3]   File "catcher.py", line 1, in <module>
+[catcher-3]     import nonsuch
+[catcher-3] ModuleNotFoundError: No module named 'nonsuch'
+"""
+
+
+CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback): '
+
+
+@pytest.mark.parametrize('output, expected', (
+    (IMPORT_ERROR + DIED.format('catcher-3', 1), 'catcher crashed: ModuleNotFoundError: No module '
+     "named 'nonsuch' (the environment lacks nonsuch)"),
+    (IMPORT_ERROR, ''),  # The catcher logged a traceback but did not exit.
+    (DIED.format('arena-2', -11), 'arena crashed: exit status -11'),
+    (DIED.format('arena-2', -2), ''),  # ros2 launch stopped this process.
+    (f'{CAUGHT}executed command showed stderr output. Command: /bin/xacro t.urdf\n'
+     'Captured stderr output:\nload_yaml() is\ndeprecated\n\n[INFO] [launch]: x\n',
+     'xacro printed an error or a warning, which stops the launch: load_yaml() is deprecated'),
+    (f"{CAUGHT}\"package 'rviz2' not found, searching: ['/a', '/b']\"\n",
+     "package 'rviz2' not found (the environment lacks rviz2)"),
+    (f'{CAUGHT}Caught multiple exceptions when trying to load file of format [py]:\n'
+     " - ModuleNotFoundError: No module named 'turtle_brick'\n - Error: unknown format\n",
+     "ModuleNotFoundError: No module named 'turtle_brick' (the workspace lacks turtle_brick)")))
+def test_the_error_of_a_launch_is_one_sentence(output, expected):
+    assert explain_missing(launch_error(output)) == expected
+
+
+def test_each_requirement_belongs_to_the_hour_on_the_page():
+    table = re.findall(r'^\| (\d) \|.*\| (.*) \|$', (ROOT / 'doc/judging.md').read_text(), re.M)
+    listed = {int(hour): re.findall('`([^`]+)`', names) for hour, names in table}
+    rules = [classroom.rules_in_hour(referee.RULES, hour) for hour in classroom.HOURS]
+    assert sorted(sum(rules, [])) == sorted(referee.RULES)
+    for hour, names in zip(classroom.HOURS, rules):
+        beginnings = tuple(name.removesuffix('…').rstrip(': ') for name in listed[hour])
+        assert all(rule.name.startswith(beginnings) for rule in names), hour
+        assert set(beginnings) == set(classroom.HOURS[hour])
+
+
+@pytest.fixture
+def students(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, prefix in (('ann', tmp_path), ('carl', '/nowhere')):
+        share = tmp_path / f'class/{name}/install/share'
+        for directory in ('turtle_brick', 'ament_index/resource_index/packages'):
+            (share / directory).mkdir(parents=True)
+        (share / 'ament_index/resource_index/packages/turtle_brick').touch()
+        (share / 'turtle_brick/turtle_arena.launch.py').write_text('import turtle_brick')
+        (share / 'turtle_brick/turtle_arena.launch.xml').write_text(
+            '<launch><executable cmd="false"/></launch>')
+        (share.parent / 'local_setup.bash').write_text(
+            f'export AMENT_PREFIX_PATH={share.parent}:$AMENT_PREFIX_PATH')
+        (share.parent / 'setup.sh').write_text(
+            f'_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX={prefix}\n')
+    (tmp_path / 'class/bob/src').mkdir(parents=True)
+    return 'class'
+
+
+def test_the_launch_files_and_packages_of_the_student_are_used(students):
+    assert referee.main(['--class', students, '--hour', '3']) == 2
+    ann, bob, carl = csv.DictReader(open('class.csv', newline=''))
+    assert 'turtle_arena.launch.py: found no graph: ModuleNotFoundError: No' in ann['failed']
+    assert ann['failed'].endswith('; found no graph: false crashed: exit status 1')
+    assert (bob['student'], bob['failed']) == ('bob', 'not built')
+    assert carl['failed'].startswith('not built on this machine: install belongs in /nowhere, ')
+    assert 'drop' in ann and 'tilt' not in ann
+    assert 'not built' in Path('class.html').read_text()
+
+
+def test_an_interrupt_ends_all_processes(students):
+    with Process([str(ROOT / 'scripts/referee'), '--verbose', '--class', students, '--',
+                  'bash', '-c', 'echo process $$; exec sleep 100']) as process:
+        pid = int(process.wait_for_output(r'process (\d+)', TIMEOUT)[1])
+        assert process.stop(signal.SIGINT, TIMEOUT) == 2
+    assert process.output.endswith('referee: interrupted\n') and 'Traceback' not in process.output
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+@pytest.mark.parametrize('options, reason', (
+    (['--class', 'missing'], '--class missing is not a directory'),
+    (['--class', '.'], '. has no subdirectories'),
+    (['--class', '.', '--summary', '.'], '--class cannot be combined with'),
+    (['--summary', '.'], 'there is no JSON file in .'),
+    (['--summary', '.', '--', 'true'], '--summary cannot be combined with'),
+    (['--csv', 'x.csv'], '--csv requires --summary or --class')))
+def test_invalid_options_are_refused(tmp_path, monkeypatch, capsys, options, reason):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as end:
+        sys.exit(referee.main(options))
+    assert end.value.code == 2 and reason in capsys.readouterr().err

@@ -1,0 +1,144 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test the profiles and reports of the referee."""
+
+import csv
+from math import inf, nan
+import sys
+from xml.etree import ElementTree
+
+import pytest
+from turtle_graph.client.profiles import Profile, similar_names
+from turtle_graph.client.record import OVERLOADED
+from turtle_graph.referee import referee, report
+from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
+
+JUDGMENTS = [
+    Judgment('b', 'ж', 'ö', FAILED, '-' * 300, Plot('Empty', '', '', ([], []), ([], []))),
+    Judgment('d', '', '', FAILED, 'wrong', follows=['b']),
+    Judgment('c', '', '', OPEN, '50 Hz; not judged: the machine was overloaded in 1 of 9 trials'),
+    Judgment('e', '', '', OPEN, 'no data'),
+    Judgment('a', 'words <b> & "more"', 'x [red]', MET, '1 < 2 & [bold]3[/bold]', Plot(
+        'Title <&>', 'x (m)', 'y & z', ([0.0, 1.0, nan], [1.0, inf, 2.0]),
+        ([0.0, 1.0], [0.0, 1.0])))]
+
+ABOUT = {'seconds': 1.5, 'command': 'ros2 <tag>', 'versions': {'rclpy': '7.1'}, 'notes': ['ö'],
+         'date': '2026-11-23'}
+
+
+def parse(page):
+    assert page.startswith('<!DOCTYPE html>')
+    return ElementTree.fromstring(page.removeprefix('<!DOCTYPE html>'))
+
+
+def test_the_page_contains_facts_table_and_plots():
+    root = parse(report.page(JUDGMENTS, ABOUT))
+    for text in ('date: 2026-11-23', 'command: ros2 <tag>', 'versions: rclpy 7.1', 'notes: ö'):
+        assert text in [paragraph.text for paragraph in root.iter('p')]
+    assert len(root.findall('.//table/tr')) == 1 + len(JUDGMENTS)
+    assert [element.tag for element in root.find('body/main')][-3:] == [
+        'table', *['{http://www.w3.org/2000/svg}svg'] * 2]
+
+
+def test_the_terminal_repeats_what_is_not_met(capsys):
+    more = [one._replace(name=f'{one.name} 2') for one in (JUDGMENTS[1], JUDGMENTS[3])]
+    report.print_judgments([*JUDGMENTS, *more], {
+        'crashes': ['arena crashed: E'], 'notes': ['ö'], 'overload': OVERLOADED})
+    table, _, repeated = capsys.readouterr().out.partition('\n\n')
+    assert table.splitlines()[:2] == [f'{FAILED} arena crashed: E', 'note: ö']
+    assert '[bold]3[/bold]' in table and 'x [red]' in table
+    assert repeated.splitlines() == [
+        f'{FAILED} b: {"-" * 300}', f'{FAILED} d, d 2: may follow from: b',
+        f'{OPEN} c: {JUDGMENTS[2].measured}', f'{OPEN} e, e 2: no data',
+        '1 ✔ met, 3 ✗ failed, 3 – open',
+        f'{OVERLOADED}. These trials were not judged, so "0 ✗ failed" proves little. Judge again '
+        'on an idle machine.']
+
+
+@pytest.fixture
+def judged(tmp_path):
+    directory = tmp_path / 'judged'
+    (directory / 'dora').mkdir(parents=True)
+    for name, judgments in (('ann', JUDGMENTS), ('bob', JUDGMENTS[4:]), ('dora/late', [])):
+        (directory / f'{name}.json').write_text(report.as_json(judgments, ABOUT))
+    (directory / 'bob.html').touch()
+    return directory
+
+
+def test_the_summary_has_one_row_per_student(judged, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(referee, 'RULES', [rule._replace(name=name) for rule, name in zip(
+        referee.RULES, ('f', 'b', 'a'))])
+    table, page = tmp_path / 'class.csv', tmp_path / 'class.html'
+    assert referee.main(['--summary', str(judged), '--csv', str(table), '--page', str(page)]) == 0
+    assert list(csv.reader(table.open(newline=''))) == [
+        ['student', MET, FAILED, OPEN, 'failed', 'open', 'date', 'f', 'b', 'a'],
+        ['ann', '1', '2', '2', 'b', 'c (judge again on a less busy machine); e (no data)',
+         '2026-11-23', '', FAILED, MET],
+        ['bob', '1', '0', '0', '', '', '2026-11-23', '', '', MET],
+        ['dora/late', '0', '0', '0', 'ö', '', '2026-11-23', '', '', '']]
+    students, hardest = parse(page.read_text()).findall('.//table')
+    assert [link.get('href') for link in students.iter('a')] == ['judged/bob.html'] * 2
+    assert [[cell[0].text for cell in row] for row in hardest][1:] == [['b', '1']]
+    assert 'dora/late' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('text, reason', (
+    ('', 'Expecting value'), ('[1]', 'TypeError'), ('{"requirements": []}', "KeyError('notes')")))
+def test_an_invalid_file_is_skipped(judged, capsys, tmp_path, text, reason):
+    (judged / 'carl.json').write_text(text)
+    page = tmp_path / 'class.html'
+    assert referee.main(['--summary', str(judged), '--page', str(page)]) == 1
+    printed, errors = capsys.readouterr()
+    line, = errors.splitlines()
+    assert f'{judged}/carl.json is not' in line and reason in line
+    assert 'ann' in printed and 'carl.json' in page.read_text()
+
+
+@pytest.mark.parametrize('text, reason', (
+    ('topics: {tlit: x}', "topics.tlit: 'x' is not valid; the valid names are cmd_vel, odom"),
+    ('names: {tilt: x}', "names.tilt: 'x' is not valid; the valid names are topics, services, f"),
+    ('numbers: {platform_radius: true}', 'platform_radius: True is not valid'),
+    ('topics: tilt', 'has no attribute'),
+    ('{', 'while parsing')))
+def test_invalid_profiles_are_refused(tmp_path, text, reason):
+    path = tmp_path / 'profile.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError) as caught:
+        Profile().load(path)
+    assert f'{path}: ' in str(caught.value) and reason in str(caught.value)
+
+
+def test_a_profile_replaces_only_the_listed_names(tmp_path):
+    path = tmp_path / 'profile.yaml'
+    path.write_text('topics: {tilt: tray}\nservices: {place: put}\nnumbers: {wheel_radius: 1}')
+    profile = Profile()
+    profile.load(path)
+    assert (profile.topics['tilt'], profile.topics['odom']) == ('tray', 'odom')
+    assert (profile.services['place'], profile.numbers) == ('put', {'wheel_radius': 1.0})
+
+
+@pytest.mark.parametrize('name, available, expected', (
+    ('drop', {'/arena/drop': [], '/drop_status': []}, ['/arena/drop']),
+    ('place', {'/place_brick': [], '/place_node/get_parameters': []}, ['/place_brick']),
+    ('platform', {'platform_link': [], 'platform_post': []}, ['platform_link']),
+    ('wheel', {'left_wheel': [], 'right_wheel': []}, ['left_wheel', 'right_wheel']),
+    ('pose', {'/a/pose': ['turtlesim/msg/Pose'], '/b_pose': []}, ['/a/pose'])))
+def test_the_most_similar_names_are_found(name, available, expected):
+    assert similar_names(name, available) == expected
+
+
+@pytest.mark.parametrize('dashes', [['--'], []])
+def test_the_command_follows_dashes_that_ros2_run_may_remove(dashes):
+    options, command = referee.parse(['--verbose', *dashes, sys.executable, '-c', 'pass'])
+    assert (options.verbose, command) == (True, [sys.executable, '-c', 'pass'])

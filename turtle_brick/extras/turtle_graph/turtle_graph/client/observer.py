@@ -1,0 +1,325 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Nodes that receive messages from selected topics or record a whole graph."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from importlib import import_module
+from statistics import fmean
+from time import time_ns
+from typing import Any
+
+import psutil
+from rcl_interfaces.srv import GetParameters
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from tf2_msgs.msg import TFMessage
+from turtle_graph.client.profiles import COMMANDS, Profile, similar_names
+from turtle_graph.client.record import (MAX_LATENESS_NS, NS_PER_SECOND, Received, ReceivedMarker,
+                                        Record)
+
+DEPTH = 2000
+"""Queue size of each subscription, sufficient for several seconds of messages."""
+FETCH_PERIOD = 0.02
+"""Period (s) for fetching messages."""
+DISCOVERY_PERIOD = 0.5
+"""Period (s) for discovering new topics and measuring the processor load."""
+MAX_LOAD = 95.0
+"""Processor load (%) at or above which the observed nodes may be delayed."""
+MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
+UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
+"""Node name that ROS reports for a publisher until the publisher's node is discovered."""
+
+
+def load_type(name: str) -> Any:
+    """Return the class of an interface such as 'std_srvs/srv/Trigger', or raise LookupError."""
+    package, kind, class_name = name.split('/')
+    try:
+        return getattr(import_module(f'{package}.{kind}'), class_name)
+    except (ImportError, AttributeError):
+        raise LookupError(f'the interface {name} is not installed') from None
+
+
+def number_fields(message: Any) -> Iterator[tuple[Any, str]]:
+    """Yield (message, field name) for each floating-point field, including nested fields."""
+    for name, kind in message.get_fields_and_field_types().items():
+        if kind in ('double', 'float'):
+            yield message, name
+        elif hasattr(getattr(message, name), 'get_fields_and_field_types'):
+            yield from number_fields(getattr(message, name))
+
+
+def fill_position(message: Any, position: Sequence[float]) -> int:
+    """Write a position (m) to message fields such as x or brick_x. Return the number of fields."""
+    count = 0
+    for owner, name in number_fields(message):
+        if count < len(position) and 'xyz'[count] in name.lower().split('_'):
+            setattr(owner, name, float(position[count]))
+            count += 1
+    return count
+
+
+def fill_angle(message: Any, angle: float) -> bool:
+    """Write an angle (rad) to a message's first floating-point field. Return whether it exists."""
+    for owner, name in number_fields(message):
+        setattr(owner, name, float(angle))
+        return True
+    return False
+
+
+def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
+    """Return a QoS profile for subscriptions with the queue size DEPTH."""
+    return QoSProfile(
+        depth=DEPTH,
+        durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
+
+
+Callback = Callable[[Any, Any], None]
+"""A function that receives a message and its MessageInfo (a dictionary in rclpy)."""
+
+
+def append_to(messages: list[Received]) -> Callback:
+    """Return a callback that appends each message and its publication time to a list."""
+    return lambda message, info: messages.append(Received(info['source_timestamp'], message))
+
+
+class PollingNode(Node):
+    """
+    A node that receives messages only when its `fetch` method is called.
+
+    Polling avoids a thousand wake-ups per second and preserves publication times, which the
+    EventsExecutor of rclpy 7.1 does not pass to callbacks. The `fetch` method therefore reads
+    from the subscription handles, as rclpy.wait_for_message does.
+    """
+
+    def __init__(self, name: str = 'listener', **node_options: Any) -> None:
+        super().__init__(name, **{
+            'start_parameter_services': False, 'enable_rosout': False, **node_options})
+        self._callbacks: list[tuple[Subscription, Callback]] = []
+        self._calls: dict[tuple[Any, int], list[Received]] = {}
+
+    def record(self, message_type: Any, topic: str,
+               qos: QoSProfile | int = DEPTH) -> list[Received]:
+        """Subscribe to a topic and return a list to which `fetch` appends the messages."""
+        messages: list[Received] = []
+        self.subscribe(message_type, topic, append_to(messages), qos)
+        return messages
+
+    def subscribe(self, message_type: Any, topic: str, callback: Callback,
+                  qos: QoSProfile | int = DEPTH) -> None:
+        """Subscribe to a topic with a callback that `fetch` calls for each message."""
+        subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
+        self._callbacks.append((subscription, callback))
+
+    def call(self, client: Any, request: Any) -> list[Received]:
+        """Call a service and return a list to which `fetch` appends the response."""
+        responses: list[Received] = []
+        with client.handle:
+            self._calls[client, client.handle.send_request(request)] = responses
+        return responses
+
+    def fetch(self) -> None:
+        """Store all new responses and pass all new messages to the callbacks."""
+        for client in {client for client, _ in self._calls}:
+            with client.handle:
+                while (taken := client.handle.take_response(client.srv_type.Response))[0]:
+                    info, response = taken
+                    # If two nodes provide the service, only the first response is stored.
+                    self._calls.pop((client, info.request_id.sequence_number), []).append(
+                        Received(info.source_timestamp, response))
+        for subscription, callback in self._callbacks:
+            with subscription.handle:
+                while (taken := subscription.handle.take_message(
+                        subscription.msg_type, subscription.raw)) is not None:
+                    callback(*taken)
+
+
+class Observer(Node):
+    """A node that records a running graph and sends commands to the graph."""
+
+    def __init__(self, profile: Profile | None = None, name: str = 'referee',
+                 **node_options: Any) -> None:
+        """Record the topics listed in a profile."""
+        super().__init__(name, **{'start_parameter_services': False, **node_options})
+        self.poller = PollingNode(f'{name}_poller', **node_options)
+        self.record = Record(profile or Profile())
+        self.record.namespace = self.get_namespace()
+        self.after_fetch: Callable[[], None] = lambda: None
+        self._fetched_at = time_ns()
+        self._discovered_at = 0
+        self._subscribed: set[str] = set()
+        self._publishers_by_topic: dict[str, Publisher] = {}
+        self._clients_by_service: dict[str, Client] = {}
+        psutil.cpu_percent(percpu=True)  # The first measurement starts here.
+        # All namespaces may share the TF topics, or each namespace may have its own TF topics.
+        for topic, static in (('tf', False), ('tf_static', True)):
+            for name in {self.resolve_topic_name(f'/{topic}'), self.resolve_topic_name(topic)}:
+                self.poller.subscribe(TFMessage, name, partial(self._on_transforms, static),
+                                      subscription_qos(static))
+        self.create_timer(FETCH_PERIOD, self.update)
+
+    def destroy_node(self) -> None:
+        """Destroy both nodes."""
+        self.poller.destroy_node()
+        super().destroy_node()
+
+    def update(self) -> None:
+        """Fetch messages. Every DISCOVERY_PERIOD, discover topics and check the processor load."""
+        last, self._fetched_at = self._fetched_at, time_ns()
+        if (self._fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
+            self.record.stalls.append((last, self._fetched_at))
+        if self._fetched_at - self._discovered_at > DISCOVERY_PERIOD * NS_PER_SECOND:
+            if fmean(psutil.cpu_percent(percpu=True)) >= MAX_LOAD:
+                self.record.stalls.append((self._discovered_at, self._fetched_at))
+            self._discovered_at = self._fetched_at
+            self.subscribe_to_new_topics()
+        self.poller.fetch()
+        self.after_fetch()
+
+    def subscribe_to_new_topics(self) -> None:
+        """Subscribe to the topics in the profile and to all markers in this node's namespace."""
+        record, inside = self.record, f'{self.get_namespace().rstrip("/")}/'
+        names = {self.resolve_topic_name(topic): name
+                 for name, topic in record.profile.topics.items()}
+        for topic, types in self.get_topic_names_and_types():
+            infos = self._others(self.get_publishers_info_by_topic(topic))
+            if not infos:
+                continue
+            record.publishers.setdefault(topic, set()).update(
+                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos
+                if info.node_name != UNKNOWN_NODE)
+            qos = [info.qos_profile for info in infos]
+            # A subscription receives messages only from publishers with compatible QoS.
+            reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)
+            latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
+            record.latched.setdefault(topic, latched)
+            if topic in self._subscribed:
+                continue
+            if topic in names:
+                callback = append_to(record.topics[names[topic]])
+            elif MARKER_TYPES.intersection(types) and topic.startswith(inside):
+                callback = partial(self._on_markers, topic)
+            else:
+                continue
+            self._subscribed.add(topic)
+            try:
+                self.poller.subscribe(
+                    load_type(types[0]), topic, callback, subscription_qos(latched, reliable))
+            except LookupError as error:
+                record.notes.append(str(error))
+
+    def _on_markers(self, topic: str, message: Any, info: Any) -> None:
+        for marker in getattr(message, 'markers', [message]):
+            self.record.markers.append(ReceivedMarker(info['source_timestamp'], topic, marker))
+
+    def _on_transforms(self, static: bool, message: TFMessage, info: Any) -> None:
+        for transform in message.transforms:
+            self.record.add_transform(info['source_timestamp'],
+                                      info['publication_sequence_number'] or 0, transform, static)
+
+    def _client(self, service: str, service_type: Any) -> Client:
+        if service not in self._clients_by_service:
+            self._clients_by_service[service] = self.poller.create_client(service_type, service)
+        return self._clients_by_service[service]
+
+    def _others(self, infos: Iterable[Any]) -> list[Any]:
+        own = (self.get_name(), self.poller.get_name())
+        return [info for info in infos if info.node_name not in own]
+
+    def command_publisher(self, name: str) -> Any:
+        """Return a publisher for 'goal_pose' or 'tilt', or None if the topic has no subscriber."""
+        topic = self.resolve_topic_name(self.record.profile.topics[name])
+        if topic not in self._publishers_by_topic:
+            try:
+                for info in self._others(self.get_subscriptions_info_by_topic(topic))[:1]:
+                    self._publishers_by_topic[topic] = self.create_publisher(
+                        load_type(info.topic_type), topic, 10)
+            except LookupError as error:
+                self.record.unclear[name] = str(error)
+        return self._publishers_by_topic.get(topic)
+
+    def send_goal(self, x: float, y: float) -> bool:
+        """Send a goal position (m) in the world frame. Return whether the goal was published."""
+        return self._send('goal_pose', lambda goal: fill_position(goal, (x, y)) == 2)
+
+    def send_tilt(self, angle: float) -> bool:
+        """Tilt the platform to an angle (rad), and return whether the command was published."""
+        return self._send('tilt', lambda tilt: fill_angle(tilt, angle))
+
+    def _send(self, name: str, fill: Callable[[Any], bool]) -> bool:
+        publisher = self.command_publisher(name)
+        if publisher is None:
+            return False
+        message = publisher.msg_type()
+        if hasattr(message, 'header'):
+            message.header.frame_id = self.record.actual('world')
+            message.header.stamp = self.get_clock().now().to_msg()
+        if not fill(message):
+            self.record.unclear[name] = f'the type of {publisher.topic} has no suitable field'
+            return False
+        publisher.publish(message)
+        return True
+
+    def recognize_names(self) -> None:
+        """In the profile, replace names missing from the graph with similar names in the graph."""
+        record, types = self.record, dict(self.get_topic_names_and_types())
+        published = {topic: types.get(topic, []) for topic in record.publishers}
+        subscribed = {topic: kinds for topic, kinds in types.items()
+                      if self._others(self.get_subscriptions_info_by_topic(topic))}
+        services = dict(self.get_service_names_and_types())
+        frames: dict[str, list[str]] = {frame: [] for frame in record.frame_names()}
+        for names, offered in ((record.profile.topics, published),
+                               (record.profile.services, services),
+                               (record.profile.frames, frames)):
+            for name, used in names.items():
+                available = subscribed if name in COMMANDS else offered
+                # A name that comes from a profile file must not be replaced.
+                if used in (name, f'turtle1/{name}') and not (
+                        {used, self.resolve_topic_name(used)} & available.keys()):
+                    self._recognize(name, names, available)
+
+    def _recognize(self, name: str, names: dict[str, str], available: dict[str, list[str]]
+                   ) -> None:
+        found = [one for one in similar_names(name, available)
+                 if one.startswith(self.get_namespace()) or not one.startswith('/')]
+        if len(found) > 1:
+            self.record.unclear[name] = (
+                f'{name} could be {" or ".join(sorted(found))}; add it to a profile')
+        elif found:
+            names[name] = found[0]
+            kinds = ''.join(f' ({kind})' for kind in available[found[0]])
+            self.record.note(f'assumed: {name} is {found[0]}{kinds}')
+
+    def service_client(self, name: str) -> Any:
+        """Return a client for 'place' or 'drop', or raise LookupError if none can be created."""
+        service = self.resolve_service_name(self.record.profile.services[name])
+        types = dict(self.get_service_names_and_types()).get(service)
+        if not types:
+            raise LookupError(f'there is no service {service}')
+        return self._client(service, load_type(types[0]))
+
+    def other_namespaces(self) -> set[str]:
+        """Return all namespaces that contain nodes, except '/' and the namespace of this node."""
+        return {namespace for _, namespace in self.get_node_names_and_namespaces()
+                } - {'/', self.get_namespace()}
+
+    def parameter_clients(self) -> list[Client]:
+        """Return clients for the get_parameters services of all other nodes."""
+        own = (self.get_name(), self.poller.get_name())
+        return [self._client(f'{namespace.rstrip("/")}/{name}/get_parameters', GetParameters)
+                for name, namespace in self.get_node_names_and_namespaces() if name not in own]

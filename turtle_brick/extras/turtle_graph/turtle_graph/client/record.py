@@ -1,0 +1,320 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Store messages from a graph and requests to the graph. Times are in ns, and lengths are in m."""
+
+from bisect import bisect_left, insort
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
+from math import dist
+from operator import attrgetter, itemgetter
+import re
+from typing import Any, NamedTuple
+
+from turtle_graph.client.geometry import Array, interpolate, Pose, pose
+from turtle_graph.client.profiles import Profile
+
+NS_PER_SECOND = 1_000_000_000
+SECONDS_PER_NS = 1e-9
+
+MAX_GAP_NS = 120_000_000
+"""Maximum interval (ns) for interpolation between two transforms."""
+EXTRAPOLATION_NS = 50_000_000
+"""Maximum time (ns) by which poses are extrapolated beyond the first or last transform."""
+MAX_LATENESS_NS = 15_000_000
+"""Delay (ns) of the observer above which a stall is recorded."""
+STALL_AFTERMATH_NS = NS_PER_SECOND
+"""Time (ns) after the end of a stall during which the stall may still affect trials."""
+MAX_AHEAD_NS = 5_000_000_000
+"""Maximum time (ns) by which a timestamp may be ahead of the publication time."""
+MAX_DEPTH = 30
+"""Maximum number of frames in the chain from a frame to the world frame."""
+OVERLOADED = 'the machine was overloaded'
+"""Text in the measured result of a requirement that cannot be judged because of stalls."""
+
+
+class Received(NamedTuple):
+    """A message with its publication time (ns)."""
+
+    published: int
+    message: Any
+
+
+class ReceivedMarker(NamedTuple):
+    """A marker with its topic and its publication time (ns)."""
+
+    published: int
+    topic: str
+    marker: Any
+
+
+class Sample(NamedTuple):
+    """A transform with its timestamp (ns) and parent frame."""
+
+    stamp: int
+    parent: str
+    pose: Pose
+
+
+class Drive(NamedTuple):
+    """A robot drive, with start and end times (ns) and start and goal positions (m)."""
+
+    begin: int
+    end: int
+    start: tuple[float, float]
+    goal: tuple[float, float]
+
+    @property
+    def length(self) -> float:
+        """Return the distance (m) between the start and the goal of the drive."""
+        return dist(self.start, self.goal)
+
+
+class Request(NamedTuple):
+    """A service call or tilt command with its start and end times (ns), value and result."""
+
+    begin: int
+    end: int
+    value: Any
+    accepted: bool = True
+    message: str = ''
+    answered: bool = True  # Whether a node responded to the call or received the command.
+
+    def check(self) -> None:
+        """Raise ValueError with the response message if the request was refused."""
+        if not self.accepted:
+            raise ValueError(self.message)
+
+
+def in_time_span(items: list[Any], begin: int, end: int | None,
+                 time_of: Callable[[Any], int]) -> list[Any]:
+    """Return the items between two times (ns) from a list that is sorted by `time_of`."""
+    last = len(items) if end is None else bisect_left(items, end, key=time_of)
+    return items[bisect_left(items, begin, key=time_of):last]
+
+
+stamp_of_sample = attrgetter('stamp')
+
+
+class Frame:
+    """All transforms received for a frame."""
+
+    def __init__(self, static: bool) -> None:
+        """Create an empty frame. The transform of a static frame is valid at all times."""
+        self.static = static
+        self.on_both_topics = False  # True if the frame is broadcast on both /tf and /tf_static.
+        self.samples: list[Sample] = []  # Transforms, sorted by timestamp.
+        self.published: list[tuple[int, Sample]] = []  # With publication times (ns).
+        self.sequence_numbers: list[int] = []  # Each publisher numbers its messages separately.
+
+    def add(self, published: int, number: int, sample: Sample) -> None:
+        """Store a transform with its publication time (ns) and sequence number."""
+        self.published.append((published, sample))
+        self.sequence_numbers.append(number)
+        insort(self.samples, sample, key=stamp_of_sample)
+
+    def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
+        """Return the transforms published between two times (ns), with their publication times."""
+        return in_time_span(self.published, begin, end, itemgetter(0))
+
+    def between(self, begin: int, end: int) -> list[Sample]:
+        """Return the transforms whose timestamps (ns) are between two given times (ns)."""
+        return in_time_span(self.samples, begin, end, stamp_of_sample)
+
+    def at(self, stamp: int) -> Sample | None:
+        """Return the stored or interpolated transform at a time (ns), or None if unavailable."""
+        if self.static:
+            return self.published[0][1]
+        index = bisect_left(self.samples, stamp, key=stamp_of_sample)
+        before, after = self.samples[max(index - 1, 0)], self.samples[index:index + 1]
+        if not after or stamp < before.stamp:
+            return before if abs(stamp - before.stamp) <= EXTRAPOLATION_NS else None
+        if after[0].stamp == stamp:
+            return after[0]
+        interval = after[0].stamp - before.stamp
+        if interval > MAX_GAP_NS:
+            return None
+        if before.parent != after[0].parent:
+            return before
+        return Sample(stamp, before.parent, interpolate(
+            before.pose, after[0].pose, (stamp - before.stamp) / interval))
+
+
+class Record:
+    """All messages from a graph and all requests to the graph."""
+
+    def __init__(self, profile: Profile) -> None:
+        self.profile = profile
+        self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
+        self.frames: dict[str, Frame] = {}
+        self.markers: list[ReceivedMarker] = []
+        self.namespace = '/'
+        self.publishers: dict[str, set[str]] = {}  # Full names of the publishing nodes, by topic.
+        self.latched: dict[str, bool] = {}  # Whether the messages on each topic are latched.
+        self.idle: list[tuple[int, int]] = []
+        self.driving: list[tuple[int, int]] = []  # Time span (ns) of each series of drives.
+        self.drives: list[Drive] = []
+        self.tilts: list[Request] = []
+        self.places: list[Request] = []
+        self.drops: list[Any] = []
+        # Time spans (ns) in which the observer was late or all processors were busy.
+        self.stalls: list[tuple[int, int]] = []
+        self.notes: list[str] = []  # Assumptions made and problems found during the observation.
+        self.crashes: list[str] = []
+        # Reasons why topics, services or frames could not be used, keyed by their standard names.
+        self.unclear: dict[str, str] = {}
+
+    def note(self, text: str) -> None:
+        """Add a note, unless the record already contains it."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
+        """Store a geometry_msgs/TransformStamped unless its timestamp is far in the future."""
+        p, q = transform.transform.translation, transform.transform.rotation
+        stamp = nanoseconds_of(transform.header.stamp)
+        if stamp - published > MAX_AHEAD_NS:
+            return  # A timestamp far in the future would always be the latest one.
+        frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
+        frame.on_both_topics = frame.on_both_topics or frame.static is not static
+        frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
+                                            pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
+
+    def keep_newest(self, count: int) -> None:
+        """Keep only the newest `count` messages per topic and `count` transforms per frame."""
+        lists: list[list[Any]] = list(self.topics.values())
+        for frame in self.frames.values():
+            lists += [frame.samples, frame.published, frame.sequence_numbers]
+        for entries in lists:
+            del entries[:-count]
+
+    def actual(self, frame: str) -> str:
+        """Return the TF name for a standard frame name, and any other name unchanged."""
+        return self.profile.frames.get(frame, frame)
+
+    def frame_names(self) -> set[str]:
+        """Return the names of all TF frames and of all links in the URDFs."""
+        links = re.findall('<link name="([^"]+)"', ''.join(
+            received.message.data for received in self.topics['robot_description']))
+        return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
+
+    def ancestors(self, frame: str) -> list[str]:
+        """Return the names of a frame and its ancestors, up to MAX_DEPTH names."""
+        chain = [self.actual(frame)]
+        while chain[-1] in self.frames and len(chain) < MAX_DEPTH:
+            chain.append(self.frames[chain[-1]].samples[-1].parent)
+        return chain
+
+    def pose(self, frame: str, stamp: int, depth: int = MAX_DEPTH) -> Pose | None:
+        """Return a frame's world pose at a given time (ns), or None if the pose is unknown."""
+        frame = self.actual(frame)
+        if frame == self.actual('world'):
+            return pose((0.0, 0.0, 0.0))
+        sample = self.frames[frame].at(stamp) if frame in self.frames and depth else None
+        parent = sample and self.pose(sample.parent, stamp, depth - 1)
+        return parent.compose(sample.pose) if sample and parent else None
+
+    def on_platform(self, stamp: int) -> Array | None:
+        """Return the brick position (m) in the platform frame, or None if it is unknown."""
+        brick, platform = self.pose('brick', stamp), self.pose('platform', stamp)
+        return platform.locate(brick.position) if brick and platform else None
+
+    def brick_track(self, begin: int, end: int) -> Iterator[tuple[int, Pose]]:
+        """Yield the timestamps (ns) and world poses of the brick between two times (ns)."""
+        frame = self.frames.get(self.actual('brick'))
+        for sample in frame.between(begin, end) if frame else ():
+            brick = self.pose('brick', sample.stamp)
+            if brick is not None:
+                yield sample.stamp, brick
+
+    def messages(self, topic: str, begin: int = 0, end: int | None = None) -> list[Received]:
+        """Return the messages published on a topic between `begin` and `end` (ns)."""
+        return in_time_span(self.topics[topic], begin, end, attrgetter('published'))
+
+    def joint(self, name: str, begin: int, end: int,
+              field: str = 'position') -> list[tuple[int, float]]:
+        """Return the timestamps (ns) and positions (rad) or velocities (rad/s) of a joint."""
+        return [(stamp_of(state), value) for state in self.messages('joint_states', begin, end)
+                for joint, value in zip(state.message.name, getattr(state.message, field))
+                if joint == name]
+
+    def trial_spans(self) -> list[tuple[int, int]]:
+        """Return the time spans (ns) of all rest periods, drives, tilt commands and drops."""
+        return [*self.idle, *((trial.begin, trial.end)
+                              for trial in (*self.drives, *self.tilts, *self.drops))]
+
+    def is_calm(self, begin: int, end: int) -> bool:
+        """Return whether no stall affected the interval between two times (ns)."""
+        return not any(first < end and begin < last + STALL_AFTERMATH_NS
+                       for first, last in self.stalls)
+
+    def stall_summary(self) -> str:
+        """Return a phrase with the number of trials affected by stalls, or '' if none were."""
+        spans = self.trial_spans()
+        stalled = [span for span in spans if not self.is_calm(*span)]
+        return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
+
+    def without_stalls(self) -> 'Record':
+        """Return a copy of the record without the trials affected by stalls."""
+        calm = copy(self)
+        for name in ('idle', 'driving'):
+            setattr(calm, name, [span for span in getattr(self, name) if self.is_calm(*span)])
+        for name in ('drives', 'tilts', 'places', 'drops'):
+            setattr(calm, name, [trial for trial in getattr(self, name)
+                                 if self.is_calm(trial.begin, trial.end)])
+        return calm
+
+
+def nanoseconds_of(stamp: Any) -> int:
+    """Convert a builtin_interfaces/Time to nanoseconds."""
+    return stamp.sec * NS_PER_SECOND + stamp.nanosec
+
+
+def stamp_of(received: Received) -> int:
+    """Return a message's timestamp (ns), or its publication time if the timestamp is invalid."""
+    header = getattr(received.message, 'header', None)
+    stamp = nanoseconds_of(header.stamp) if header else 0
+    return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
+
+
+def message_rate(times: Sequence[float]) -> float:
+    """Compute a message rate (Hz) from timestamps (s), or return 0 for fewer than six messages."""
+    # On a busy machine, messages may be late but never early. The rate is therefore measured
+    # between the least delayed messages in the first third and in the last third of all messages.
+    count = len(times)
+    if count < 6 or times[-1] <= times[0]:
+        return 0.0
+    period = (times[-1] - times[0]) / (count - 1)
+
+    def lateness(number: int) -> float:
+        return times[number] - period * number
+
+    first = min(range(count // 3), key=lateness)
+    last = min(range(count - count // 3, count), key=lateness)
+    return (last - first) / (times[last] - times[first])
+
+
+def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
+    """
+    Return the time (ns) at which an object came to rest, or None if the object is still moving.
+
+    :param track: times (ns) and positions (m)
+    :param tolerance: maximum distance (m) from the last position
+    :param duration: minimum time (ns) for which the position does not change
+    """
+    since = None
+    for stamp, position in reversed(track):
+        if not dist(position, track[-1][1]) <= tolerance:
+            break
+        since = stamp
+    return None if since is None or track[-1][0] - since < duration else since

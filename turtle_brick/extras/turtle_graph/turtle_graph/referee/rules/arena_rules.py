@@ -1,0 +1,588 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Rules for the arena (walls, markers, services and the physics of the brick) and the catcher."""
+
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from functools import partial
+from itertools import pairwise
+from math import atan2, dist, hypot, inf, sqrt
+from operator import itemgetter
+from typing import Any, NamedTuple
+
+import numpy
+from turtle_graph.client.drops import DropWatch, STILL, UNREACHABLE
+from turtle_graph.client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
+                                          distance_to_rectangle, inclination, Pose, pose)
+from turtle_graph.client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
+                                        SECONDS_PER_NS)
+from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
+                                             NEAR, number, Open, PHYSICS_RATE, Plot,
+                                             RATE_TOLERANCE, require, require_accepted,
+                                             require_clear, require_data, Rules, SAME_ANGLE, thin,
+                                             within)
+
+RULES = Rules()
+rule = RULES.rule
+
+WALL_TOLERANCE = 0.3
+"""Maximum distance (m) between the center of a wall and the edge of the arena."""
+MARKER_PERIOD = 2.0
+"""Maximum interval (s) between repeated markers on a topic that is not latched."""
+FALL_DELAY = 0.5
+"""Maximum delay (s) between the response from the drop service and the start of the fall."""
+FALL_DEVIATION = 0.02
+"""Maximum deviation (m) of a falling brick from a fall with constant acceleration."""
+MAX_LAG = 0.05
+"""Maximum delay (s) between the motion of the platform and the motion of a brick on it."""
+SLIDE_DEVIATION = 0.04
+"""Maximum distance (m) between the measured and computed positions of a sliding brick."""
+EARLY_END, LATE_END = 0.02, 0.08
+"""Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
+CUBE, TEXT, ADD = 1, 9, 0
+"""The marker types CUBE and TEXT_VIEW_FACING, and the marker action ADD."""
+MIN_WALL_LENGTH = 5.0
+"""Minimum length (m) of a box marker that is considered to be a wall."""
+STEP = 1.0 / PHYSICS_RATE
+"""Time step (s) of the physics simulation."""
+LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
+"""Candidate delays (ns) between the platform motion and the brick motion."""
+LIFETIME = 3.0
+"""Required lifetime (s) of the "Unreachable" marker."""
+LIFETIME_TOLERANCE = 0.3
+"""Tolerance (s) for LIFETIME."""
+CENTER_DISTANCE = 0.1
+"""Maximum distance (m) between the robot and the arena center when the robot tips a brick off."""
+DELETE_ACTIONS = (2, 3)
+"""The marker actions DELETE and DELETEALL."""
+
+
+def max_motion(positions: Iterable[Any]) -> float:
+    """Return the maximum distance (m) of the given positions from the first of them."""
+    positions = list(positions)
+    return largest(dist(position, positions[0]) for position in positions)
+
+
+def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
+    """Return a marker's world pose at a time (ns), or raise Failed if its frame is unknown."""
+    name = received.marker.header.frame_id.lstrip('/')
+    parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
+    p, q = received.marker.pose.position, received.marker.pose.orientation
+    quaternion = (q.x, q.y, q.z, q.w) if q.x or q.y or q.z or q.w else (0.0, 0.0, 0.0, 1.0)
+    return parent.compose(pose((p.x, p.y, p.z), quaternion))
+
+
+def shown_markers(record: Record) -> list[ReceivedMarker]:
+    """Return the last marker added for each combination of topic, namespace and marker ID."""
+    return list({(received.topic, received.marker.ns, received.marker.id): received
+                 for received in record.markers if received.marker.action == ADD}.values())
+
+
+def walls(record: Record) -> list[ReceivedMarker]:
+    """Return the box markers at least MIN_WALL_LENGTH long, or raise Failed if there are none."""
+    return require([
+        received for received in shown_markers(record) if received.marker.type == CUBE
+        and max(received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH
+    ] or None, 'no box marker is as long as a wall')
+
+
+@rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system',
+      f'walls at 0 and {ARENA_SIZE:.2f} m ± {WALL_TOLERANCE} m, along the edges, above the ground')
+def walls_are_at_the_edges(record: Record) -> Finding:
+    sides: tuple[list[float], list[float]] = ([], [])
+    ends, heights = [], []
+    for received in walls(record):
+        there = pose_of_marker(record, received, record.idle[0][1])
+        size = abs(there.axes) @ (received.marker.scale.x, received.marker.scale.y, 0.0)
+        thin_axis = int(size[1] < size[0])
+        sides[thin_axis].append(there.position[thin_axis])
+        middle, half_length = there.position[1 - thin_axis], size[1 - thin_axis] / 2.0
+        ends += [half_length - middle, middle + half_length - ARENA_SIZE]
+        heights.append(there.position[2])
+    if not all(sides):
+        raise Failed('some sides have no wall')
+    found = [end(side) for side in sides for end in (min, max)]
+    off = largest(abs(a - b) for a, b in zip(found, (0.0, ARENA_SIZE) * 2))
+    met = off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE and min(heights) >= 0.0
+    return Finding(met, 'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*found)
+                   + f', {largest(ends):.2f} m beyond the corners, center at a height of at least '
+                   f'{min(heights):.2f} m')
+
+
+def brick_markers(record: Record) -> list[ReceivedMarker]:
+    """Return all markers that show the brick, or raise Failed if there are none."""
+    return require([
+        received for received in record.markers
+        if received.marker.type != TEXT and received.marker.action == ADD and 'brick' in (
+            received.marker.header.frame_id + received.topic + received.marker.ns).lower()
+    ] or None, 'there is no marker of the brick')
+
+
+def brick_size(record: Record) -> Any:
+    """Return the size (m) of the brick's box marker, or raise Open if no such marker exists."""
+    with suppress(Failed):
+        for received in brick_markers(record)[::-1]:
+            if received.marker.type == CUBE:
+                return received.marker.scale
+    raise Open('the size of the brick is unknown because it has no box marker')
+
+
+def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
+    """Judge whether rviz2 would show the markers even if it started after their publication."""
+    topics, faults = {received.topic for received in markers}, []
+    observed = [time for span in record.trial_spans() for time in span]
+    for topic in sorted(topics):
+        published = sorted([min(observed), max(observed), *(
+            received.published for received in record.markers if received.topic == topic)])
+        pause = max(b - a for a, b in pairwise(published)) * SECONDS_PER_NS
+        if not record.latched.get(topic) and pause > MARKER_PERIOD:
+            faults.append(f'{topic} is neither latched nor repeated')
+    return from_faults(faults, len(topics), 'topics')
+
+
+@rule('walls: visible', 'depicted in rviz2, with rectangular walls (drawn as markers)',
+      'latched or repeated')
+def walls_are_visible(record: Record) -> Finding:
+    return judge_visibility(record, walls(record))
+
+
+@rule('brick marker: visible', "a marker to show it's location in rviz", 'latched or repeated')
+def brick_is_visible(record: Record) -> Finding:
+    return judge_visibility(record, brick_markers(record))
+
+
+@rule('brick marker: place', "a marker to show it's location in rviz",
+      f'the marker is within {NEAR} m of the brick', ['place'])
+def brick_marker_is_at_the_brick(record: Record) -> Finding:
+    off, markers = [], brick_markers(record)
+    for request in record.places:
+        time = request.end - BEFORE_NS
+        brick = record.pose('brick', time)
+        before = [received for received in markers if received.published < request.end]
+        if brick is not None and before:
+            off.append(dist(pose_of_marker(record, before[-1], time).position, brick.position))
+    return within(NEAR, off, 'the brick was not placed')
+
+
+@rule('markers: frames', 'Your final result should not have any rviz errors or warnings',
+      'frames, sizes, orientations and colors that rviz can draw')
+def markers_can_be_drawn(record: Record) -> Finding:
+    known, faults = {'world', *record.frame_names()}, set()
+    for received in require(shown_markers(record) or None, 'there are no markers'):
+        marker = received.marker
+        q, scale = marker.pose.orientation, marker.scale
+        if marker.header.frame_id.lstrip('/') not in known:
+            faults.add(f'the frame {marker.header.frame_id!r} is unknown')
+        if not abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1.0) < 0.01:
+            faults.add('an orientation is not a unit quaternion')
+        sizes = {CUBE: (scale.x, scale.y, scale.z), TEXT: (scale.z,)}.get(marker.type, (1.0,))
+        if not min(sizes) > 0.0:
+            faults.add('a size is not positive')
+        if not marker.color.a > 0.0 and not marker.colors:
+            faults.add('a color is transparent')
+    return Finding(not faults, '; '.join(sorted(faults)) or f'{len(record.markers)} markers')
+
+
+@rule('place', 'a service called place … that moves the brick to a specified location',
+      f'the service responds, and the brick is at rest within {NEAR} m of its target')
+def bricks_are_placed(record: Record) -> Finding:
+    off, drift = [], []
+    require_clear(record, 'place', 'brick')
+    for request in require_data(record.places, 'nothing was placed'):
+        place = require_accepted(request).value
+        track = [brick.position for _, brick in record.brick_track(
+            request.end - 3 * BEFORE_NS, request.end - BEFORE_NS)]
+        off.append(dist(require(track or None, 'no node broadcasts brick')[-1], place))
+        drift.append(max_motion(track))
+    return Finding(largest(off) <= NEAR and largest(drift) <= STILL,
+                   f'at most {largest(off):.4f} m off, moved by {largest(drift):.4f} m '
+                   f'in {len(off)} calls')
+
+
+def dropped(record: Record) -> list[DropWatch]:
+    """Return all drops in which the brick was released, or raise Open if there are none."""
+    require_clear(record, 'place', 'drop', 'brick')
+    return require_data([drop for drop in record.drops if drop.released is not None],
+                        'no brick fell')
+
+
+@rule('drop', 'After the service responds, the brick starts falling',
+      f'the service responds, and the brick falls within {FALL_DELAY} s', ['place'])
+def bricks_are_dropped(record: Record) -> Finding:
+    delays = []
+    require_clear(record, 'place', 'drop', 'brick')
+    for drop in require_data(record.drops, 'nothing was dropped'):
+        responded = require_accepted(drop.request).end
+        released = require(drop.released, 'the service responded, but no brick fell')
+        delays.append((released - responded) * SECONDS_PER_NS)
+    return within(FALL_DELAY, delays, '', 'at most {:.3f} s after the response in {} drops')
+
+
+@rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
+      'the brick rests until one step before the response and moves only after the response',
+      ['drop', 'brick: hovers', 'fall: course'])
+def response_comes_first(record: Record) -> Finding:
+    moving, begins = [], []
+    for fall in falls(record):
+        responded = require_accepted(fall.drop.request).end
+        released = fall.drop.released or 0
+        stamp, _ = next(record.brick_track(released + 1, fall.drop.end))
+        moving.append((stamp - responded) * SECONDS_PER_NS)
+        begins.append((released - responded) * SECONDS_PER_NS + fall.begin)
+    return Finding(min(moving) > 0.0 and min(begins) >= -STEP,
+                   f'earliest motion {min(moving):+.4f} s and earliest start of a fall '
+                   f'{min(begins):+.4f} s after the response, in {len(moving)} drops')
+
+
+@rule('brick: hovers', 'a service called drop that causes the brick to fall',
+      'the brick is at rest until it is dropped', ['place'])
+def brick_hovers(record: Record) -> Finding:
+    track = [brick.position for begin, end in record.idle
+             for _, brick in record.brick_track(begin, end - BEFORE_NS)]
+    require_data(track, 'the brick was not observed at rest')
+    return Finding(max_motion(track) <= STILL,
+                   f'moved by {max_motion(track):.4f} m in {len(track)} positions')
+
+
+class MeasuredFall(NamedTuple):
+    """A model of a fall from rest, fitted to the recorded transforms of a brick."""
+
+    drop: DropWatch
+    begin: float  # Start time (s) of the fall, relative to the last transform before the fall.
+    times: Array  # Times (s) since the start.
+    depths: Array  # Distances (m) of the brick below its starting position.
+    acceleration: float
+    off: float  # Maximum deviation (m) of the depths from the fit.
+    aside: Array  # Horizontal distances (m) of the brick from its starting position.
+
+
+def falls(record: Record) -> list[MeasuredFall]:
+    """Return all falls with at least ten recorded transforms, or raise Open if there are none."""
+    found = []
+    for drop in dropped(record):
+        if drop.released is None or drop.down is None:
+            continue
+        track = [(stamp, brick.position)
+                 for stamp, brick in record.brick_track(drop.released, drop.down)]
+        hover = track[0][1][:2] if track else drop.place[:2]
+        track = [(stamp, position) for stamp, position in track
+                 if drop.place[2] - position[2] > NEAR]
+        depths = numpy.array([drop.place[2] - position[2] for _, position in track])
+        if len(track) < 10 or depths[-1] == depths[0]:
+            continue
+        times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
+        aside = numpy.array([dist(position[:2], hover) for _, position in track])
+        # In a fall from rest, the square root of the fallen distance is a linear function of time.
+        slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
+        begin, acceleration = -float(offset / slope), float(slope) ** 2
+        # A timestamp may be the time of a timer callback, which can be late on any machine.
+        elapsed = times - begin
+        shallow, deep = (acceleration * (elapsed + shift) ** 2 / 2.0 for shift in (-STEP, STEP))
+        off = float(numpy.max(numpy.abs(depths - numpy.clip(depths, shallow, deep))))
+        found.append(MeasuredFall(drop, begin, elapsed, depths, acceleration, off, aside))
+    return require_data(found, 'no fall was long enough')
+
+
+@rule('fall: acceleration', 'falling in gravity (using the specified gravity acceleration)',
+      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'])
+def falls_have_the_acceleration(record: Record) -> Finding:
+    gravity, found = number(record, 'gravity_accel'), falls(record)
+    values = [fall.acceleration for fall in found]
+    off = largest(abs(value - gravity) for value in values)
+    longest = max(found, key=lambda fall: fall.times[-1])
+    times = numpy.linspace(0.0, longest.times[-1], 50)
+    text = f'{min(values):.3f} to {max(values):.3f} m/s^2 in {len(values)} falls (configured '
+    return Finding(off <= RATE_TOLERANCE * gravity, f'{text}{gravity:g})', Plot(
+        'Fall', 'time since the release (s)', 'depth (m)',
+        (longest.times, longest.depths), (times, gravity * times * times / 2.0)))
+
+
+@rule('fall: course', 'the brick starts falling in gravity',
+      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down')
+def falls_are_parabolas(record: Record) -> Finding:
+    found = falls(record)
+    off = largest(fall.off for fall in found)
+    aside = largest(fall.aside.max() for fall in found)
+    return Finding(off <= FALL_DEVIATION and aside <= NEAR,
+                   f'at most {off:.4f} m off along the fall and {aside:.4f} m aside')
+
+
+def judge_landing(record: Record, caught: bool) -> Finding:
+    """Judge the heights at which bricks landed on the platform (if `caught`) or on the ground."""
+    gravity, met = number(record, 'gravity_accel'), True
+    landed = require_data([
+        (drop.place[2], drop.landed[2]) for drop in dropped(record)
+        if drop.landed is not None and drop.caught is caught
+    ], f'no brick has landed on the {"platform" if caught else "ground"}')
+    expected = brick_size(record).z / 2.0
+    if caught:
+        expected += number(record, 'platform_height')
+    for start, height in landed:
+        # At the end of the last time step, the brick may be below the surface on which it lands.
+        step = sqrt(2.0 * gravity * max(start - expected, 0.0)) * STEP
+        met = met and abs(height - expected) <= step + NEAR
+    heights = [height for _, height in landed]
+    return Finding(met, f'center of the brick at {min(heights):.3f} to {max(heights):.3f} m '
+                   f'in {len(heights)} drops')
+
+
+rule('fall: ground', 'If the brick hits … the ground it stops falling',
+     'the bottom of the brick stops on the ground',
+     ['fall: acceleration'])(partial(judge_landing, caught=False))
+rule('fall: platform', 'If the brick hits the platform … it stops falling',
+     'the bottom of the brick stops on the top of the platform',
+     ['fall: acceleration', 'URDF: numbers'])(partial(judge_landing, caught=True))
+
+
+def catches(record: Record) -> list[DropWatch]:
+    """Return the drops that ended on the platform, or raise Open if there are none."""
+    return require_data([drop for drop in dropped(record) if drop.caught],
+                        'no brick has landed on the platform')
+
+
+@rule('brick: rides', 'If the brick hits the platform it should move with the platform',
+      f'the brick keeps its place on the platform within {NEAR} m while the robot is at rest, and '
+      f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot'])
+def brick_rides(record: Record) -> Finding:
+    rest, moving, landing = [], [], []
+    for drop in catches(record):
+        track = record.brick_track(drop.down or 0, (drop.tilted or drop.end) - 20_000_000)
+        places = [place[:2] for stamp, _ in thin(track)
+                  if (place := record.on_platform(stamp)) is not None]
+        if len(places) < 2:
+            raise Failed('the pose of the brick or of the platform is unknown')
+        rest.append(dist(places[-1], places[0]))
+        moving.append(max_motion(places))
+        driven = max_motion(platform.position for lag in LAGS if (
+            platform := record.pose('platform', (drop.down or 0) - 2 * lag)) is not None)
+        landed = require(drop.landed, 'the brick did not land')
+        landing.append(max(dist(landed[:2], drop.place[:2]) - driven, 0.0))
+    allowed = number(record, 'max_velocity') * MAX_LAG + NEAR
+    met = largest([*rest, *landing]) <= 2.0 * NEAR and largest(moving) <= allowed
+    return Finding(met, f'moved by {largest(landing):.4f} m at the landing, {largest(rest):.4f} m '
+                   f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides')
+
+
+@rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
+      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses')
+def brick_has_the_angle(record: Record) -> Finding:
+    off, level = [], 0
+    for begin, end in record.trial_spans():
+        for stamp, brick in thin(record.brick_track(begin, end - BEFORE_NS))[::5]:
+            platform = record.pose('platform', stamp)
+            if platform is None:
+                continue
+            if inclination(brick) <= SAME_ANGLE and inclination(platform) <= SAME_ANGLE:
+                level += 1
+                continue
+            # The brick may have any angle that the platform had in the last MAX_LAG seconds.
+            off.append(min(angle_between(brick.upright, before.upright) for lag in LAGS
+                           if (before := record.pose('platform', stamp - lag)) is not None))
+    if not off and not level:
+        raise Open('the poses of the brick and the platform were never known at the same time')
+    usual = largest(sorted(off)[:len(off) - len(off) // 100])
+    return Finding(usual <= SAME_ANGLE, f'at most {usual:.4f} rad apart in {len(off)} inclined '
+                   f'poses, and {level} level poses')
+
+
+def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[float, Plot]:
+    """Return the maximum deviation (m) of a slide from frictionless motion, and a plot of both."""
+    steepest = max((platform for _, _, platform in track), key=inclination)
+    downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
+    measured = numpy.array([platform.locate(brick.position)[:2] @ downhill
+                            for _, brick, platform in track])
+    times = numpy.array([(stamp - track[0][0]) * SECONDS_PER_NS for stamp, _, _ in track])
+    steps = numpy.diff(times, prepend=times[0])
+    angles = [inclination(platform) for _, _, platform in track]
+    found = []
+    for lag in LAGS:
+        pulls = gravity * numpy.sin(numpy.interp(times - lag * SECONDS_PER_NS, times, angles))
+        computed = numpy.cumsum(numpy.cumsum(pulls * steps) * steps) + measured[0]
+        found.append((float(numpy.max(numpy.abs(computed - measured))), Plot(
+            'Slide', 'time (s)', 'distance down the slope (m)',
+            (times, measured), (times, computed))))
+    return min(found, key=itemgetter(0))
+
+
+@rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
+      f'g sin(angle) down the slope, within {SLIDE_DEVIATION} m',
+      ['fall: acceleration', 'brick: rides'])
+def slides_are_frictionless(record: Record) -> Finding:
+    gravity, found = number(record, 'gravity_accel'), []
+    for drop in catches(record):
+        if drop.tilted is not None:
+            # If the brick never leaves the platform, only the first second of the slide is judged.
+            end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
+            track = record.brick_track(drop.tilted - 2 * BEFORE_NS, end)
+            found.append(compare_slide(gravity, [
+                (stamp, brick, platform) for stamp, brick in track
+                if (platform := record.pose('platform', stamp)) is not None]))
+    off, plots = zip(*require_data(found, 'no brick was tilted'))
+    return Finding(largest(off) <= SLIDE_DEVIATION,
+                   f'at most {largest(off):.4f} m off in {len(found)} slides', plots[0])
+
+
+@rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
+      'the slide stays on the plane of the platform and ends when the trailing edge has cleared '
+      'the platform', ['slide: law'])
+def slides_end_at_the_edge(record: Record) -> Finding:
+    radius, clearances, heights = number(record, 'platform_radius'), [], []
+    for drop in catches(record):
+        if drop.floated is None or drop.tilted is None:
+            continue
+        size, unknown = brick_size(record), 'a pose before or after a slide is unknown'
+        platform = require(record.pose('platform', drop.floated), unknown)
+        brick = require(record.pose('brick', drop.floated), unknown)
+        before = require(record.on_platform(drop.tilted - 2 * BEFORE_NS), unknown)
+        forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
+        clearances.append(distance_to_rectangle(
+            place[:2], atan2(forward[1], forward[0]), (size.x, size.y)) - radius)
+        heights.append(abs(place[2] - before[2]))
+    require_data(clearances, 'no brick has slid off')
+    return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
+                   and largest(heights) <= SLIDE_DEVIATION,
+                   ', '.join(f'{one:+.3f}' for one in clearances)
+                   + f' m from the platform to the brick, {largest(heights):.3f} m off the plane')
+
+
+@rule('brick: floats', 'it magically floats in place',
+      'the brick stays fixed in the world frame while the robot drives', ['slide: end'])
+def brick_floats(record: Record) -> Finding:
+    motions = [max_motion(brick.position for _, brick in record.brick_track(
+                   drop.floated, drop.end - BEFORE_NS))
+               for drop in catches(record) if drop.floated is not None]
+    return within(5.0 * STILL, motions, 'no brick floats', 'moved by at most {:.4f} m in {} drops')
+
+
+def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
+              ) -> list[DropWatch]:
+    """Return all completed drops that satisfy `is_relevant`, or raise Open if there are none."""
+    landed = require_data([drop for drop in dropped(record) if drop.down is not None],
+                          'no brick has landed')
+    return require_data([drop for drop in landed if is_relevant(drop)],
+                        'no brick landed in a drop that tests this requirement')
+
+
+def name_of(drop: DropWatch) -> str:
+    """Return the starting position of a dropped brick as text."""
+    return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
+
+
+@rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
+      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
+def verdicts_come_in_time(record: Record) -> Finding:
+    # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
+    drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
+    faults = []
+    for drop in drops:
+        if drop.decided is None:
+            faults.append(f'no verdict on {name_of(drop)}')
+        elif (late := (drop.decided - (drop.down or 0)) * SECONDS_PER_NS) >= 0.0:
+            faults.append(f'{late:.3f} s late on {name_of(drop)}')
+    return from_faults(faults, len(drops), 'in time')
+
+
+@rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
+      'a brick is caught if and only if it was not called Unreachable',
+      ['verdict: out of reach', 'verdict: in reach'])
+def verdicts_come_true(record: Record) -> Finding:
+    drops = completed(record)
+    return from_faults([
+        f'{name_of(drop)} was {"refused but caught" if drop.caught else "missed but not refused"}'
+        for drop in drops if bool(drop.refusals) is drop.caught], len(drops), 'bricks')
+
+
+def texts(record: Record) -> list[ReceivedMarker]:
+    """Return "Unreachable" markers. If none exist, raise Failed if one is required, or Open."""
+    found = [received for received in record.markers
+             if UNREACHABLE.lower() in received.marker.text.lower()]
+    if not found and any(drop.should_be_caught is False for drop in completed(record)):
+        raise Failed('no marker says Unreachable')
+    return require_data(found, 'no brick was out of reach')
+
+
+@rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',
+      'a marker of type TEXT_VIEW_FACING (9) with the text "Unreachable"',
+      ['verdict: out of reach'])
+def text_is_a_text(record: Record) -> Finding:
+    published = {(received.marker.text, received.marker.type) for received in texts(record)}
+    found = ', '.join(f'{text!r} of type {kind}' for text, kind in sorted(published))
+    return Finding(published == {(UNREACHABLE, TEXT)}, found)
+
+
+def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
+    """Return the time (s) from the publication of a text marker to its expiration or deletion."""
+    first, last = published[0], published[-1]
+    deleted = [received.published for received in record.markers if received.topic == last.topic
+               and received.marker.action in DELETE_ACTIONS
+               and received.published > first.published]
+    end = last.published + (nanoseconds_of(last.marker.lifetime) or inf)
+    return (min([end, *deleted]) - first.published) * SECONDS_PER_NS
+
+
+@rule('text: time', 'a Text marker that lasts for 3 seconds',
+      f'{LIFETIME:g} s ± {LIFETIME_TOLERANCE} s, once per fall', ['text: kind'])
+def text_lasts(record: Record) -> Finding:
+    begins = [*(drop.begin for drop in require_data(record.drops, 'nothing was dropped')), inf]
+    texts_per_fall = [[received for received in texts(record)
+                       if begin <= received.published < end and received.marker.action == ADD]
+                      for begin, end in pairwise(begins)]
+    times = [visible_time(record, published) for published in texts_per_fall if published]
+    met = all(abs(time - LIFETIME) <= LIFETIME_TOLERANCE for time in times)
+    return Finding(bool(times) and met, ', '.join(f'{time:.2f}' for time in times) + ' s')
+
+
+@rule('carry', 'the robot drives back to the arena center and tilts the brick off',
+      f'the platform is tilted within {CENTER_DISTANCE} m of the center',
+      ['drive: goal', 'brick: rides'])
+def bricks_are_carried_to_the_center(record: Record) -> Finding:
+    off = []
+    for drop in catches(record):
+        if drop.carried_to is None:
+            raise Failed(f'{name_of(drop)} was never tilted')
+        off.append(dist(drop.carried_to, CENTER))
+    return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center with {} bricks')
+
+
+@rule('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
+      '"Unreachable" for each brick that no robot could catch', ['verdict: in time'])
+def unreachable_bricks_are_refused(record: Record) -> Finding:
+    drops = completed(record, lambda drop: drop.should_be_caught is False)
+    return from_faults([f'{name_of(drop)} was not refused' for drop in drops
+                        if not drop.refusals], len(drops), 'refused')
+
+
+@rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
+      'each brick within reach is caught', ['verdict: in time', 'drive: goal'])
+def reachable_bricks_are_caught(record: Record) -> Finding:
+    drops = completed(record, lambda drop: drop.should_be_caught)
+    return from_faults([
+        f'{name_of(drop)} was {"refused" if drop.refusals else "missed"}' for drop in drops
+        if drop.refusals or not drop.caught], len(drops), 'caught')
+
+
+@rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
+      'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'])
+def caught_bricks_are_tipped_off(record: Record) -> Finding:
+    drops = catches(record)
+    return from_faults([f'{name_of(drop)} did not leave' for drop in drops
+                        if not drop.floated], len(drops), 'tipped off')
+
+
+@rule('again', 'the turtle to catch a falling brick',
+      'the platform is level again after each brick', ['tip off'])
+def platform_is_leveled(record: Record) -> Finding:
+    drops = completed(record, lambda drop: drop.floated)
+    return from_faults([f'still tilted after {name_of(drop)}' for drop in drops
+                        if not drop.leveled], len(drops), 'leveled')

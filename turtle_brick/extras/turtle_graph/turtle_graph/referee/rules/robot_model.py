@@ -1,0 +1,155 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Read the URDF of a robot and compute the poses of its links."""
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from math import hypot
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy
+from turtle_graph.client.geometry import Array, Pose, pose, turn, UPRIGHT
+from turtle_graph.client.record import Record
+from turtle_graph.referee.rules.rule import Failed, require, require_clear
+
+SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
+"""URDF attributes that define the size of each kind of geometry."""
+
+
+class Solid(NamedTuple):
+    """A visual element of a link."""
+
+    kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry tag.
+    size: tuple[float, ...]  # Values (m) of the attributes in SIZES.
+    color: str  # Value of the `rgba` attribute.
+    pose: Pose
+
+
+class Joint(NamedTuple):
+    """A joint in a URDF."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Pose
+    axis: Array  # Unit vector of the joint axis in the joint frame.
+
+    @property
+    def movable(self) -> bool:
+        """Return whether the joint can rotate."""
+        return self.kind in ('revolute', 'continuous')
+
+
+class RobotModel:
+    """The links and joints in a URDF."""
+
+    def __init__(self, description: str, names: Iterable[tuple[str, str]] = ()) -> None:
+        """Parse a URDF and give its links standard names, or raise Failed for an invalid URDF."""
+        standard_names = {name: standard for standard, name in names}
+        try:
+            robot = ElementTree.fromstring(description)
+            for tag, key in (('link', 'name'), ('parent', 'link'), ('child', 'link')):
+                for element in robot.iter(tag):
+                    name = element.get(key, '')
+                    element.set(key, standard_names.get(name, name))
+            self.links = {
+                link.get('name', ''): [_solid(visual, robot) for visual in link.findall('visual')]
+                for link in robot.findall('link')}
+            self.joints = [_joint(element) for element in robot.findall('joint')]
+        except (ElementTree.ParseError, ValueError) as error:
+            raise Failed(f'the robot_description is invalid: {error}') from None
+        self._joint_above = {joint.child: joint for joint in self.joints}
+
+    def joints_to(self, link: str) -> list[Joint]:
+        """Return the joints on the path from the root link to a given link."""
+        chain: list[Joint] = []
+        while link in self._joint_above and len(chain) <= len(self.joints):
+            chain.insert(0, self._joint_above[link])
+            link = chain[0].parent
+        return chain
+
+    def pose(self, link: str, positions: Mapping[str, float] = {}) -> Pose:
+        """Return a link's pose in the root frame for given joint positions (rad, default 0)."""
+        result = pose((0.0, 0.0, 0.0))
+        for joint in self.joints_to(link):
+            rotation = turn(joint.axis, positions.get(joint.name, 0.0))
+            result = result.compose(joint.origin).compose(Pose(numpy.zeros(3), rotation))
+        return result
+
+    def axis(self, joint: Joint, positions: Mapping[str, float] = {}) -> Array:
+        """Return a joint's axis in the root frame for given joint positions (rad, default 0)."""
+        return self.pose(joint.child, positions).axes @ joint.axis
+
+    def solid(self, link: str, kind: str) -> Solid:
+        """Return a link's first visual element of a given kind, or raise Failed if none exists."""
+        for solid in self.links.get(link, ()):
+            if solid.kind == kind:
+                return solid
+        raise Failed(f'{link} has no {kind}')
+
+    def center(self, link: str, solid: Solid) -> Array:
+        """Return the position (m) of a link's visual element in the root frame."""
+        return self.pose(link).transform(solid.pose.position)
+
+    def joint(self, link: str) -> Joint:
+        """Return the closest movable ancestor joint of a link, or raise Failed if none exists."""
+        for joint in reversed(self.joints_to(link)):
+            if joint.movable:
+                return joint
+        raise Failed(f'no joint turns {link}')
+
+
+def model(record: Record) -> RobotModel:
+    """Return the robot model in the latest robot_description, or raise Failed if it is invalid."""
+    require_clear(record, 'robot_description', 'base_link', 'platform', 'stem', 'wheel')
+    descriptions = require(record.topics['robot_description'] or None,
+                           'there is no robot_description')
+    return _parse(descriptions[-1].message.data, tuple(record.profile.frames.items()))
+
+
+_parse = lru_cache(4)(RobotModel)  # Many rules use the same robot_description.
+
+
+def _numbers(element: ElementTree.Element | None, attribute: str, default: str = '') -> Array:
+    text = default if element is None else element.get(attribute, default)
+    return numpy.array(text.split(), float)
+
+
+def _origin(element: ElementTree.Element) -> Pose:
+    """Return the origin of a joint or visual element. The rpy angles refer to fixed axes."""
+    origin = element.find('origin')
+    roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
+    return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(
+        UPRIGHT[1], pitch) @ turn(UPRIGHT[0], roll))
+
+
+def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
+    element, material = visual.find('geometry/*'), visual.find('material')
+    kind = '' if element is None else element.tag
+    size = tuple(number for name in SIZES.get(kind, ()) for number in _numbers(element, name))
+    name = None if material is None else material.get('name')
+    colors = [*visual.iterfind('material/color'), *(
+        color for one in robot.findall('material') if one.get('name') == name for color in one)]
+    return Solid(kind, size, colors[0].get('rgba', '') if colors else '', _origin(visual))
+
+
+def _joint(element: ElementTree.Element) -> Joint:
+    parent, child = (element.find(role) for role in ('parent', 'child'))
+    if parent is None or child is None:
+        raise ValueError(f'the joint {element.get("name")} does not connect two links')
+    axis = _numbers(element.find('axis'), 'xyz', '1 0 0')
+    return Joint(element.get('name', ''), element.get('type', ''), parent.get('link', ''),
+                 child.get('link', ''), _origin(element), axis / (hypot(*axis) or 1.0))

@@ -1,0 +1,512 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Rules for frames, names, rates, the robot_description and the robot node."""
+
+from collections.abc import Iterator
+from functools import partial
+from itertools import pairwise
+from math import asin, copysign, degrees, dist, hypot, isfinite
+from typing import Any
+
+from turtle_graph.client.geometry import angle_between, Array, CENTER, inclination, pose
+from turtle_graph.client.record import (Drive, Frame, message_rate, Received, Record, Sample,
+                                        SECONDS_PER_NS, stamp_of)
+from turtle_graph.referee.rules.robot_model import model
+from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
+                                             NEAR, number, Open, PHYSICS_RATE, Plot,
+                                             RATE_TOLERANCE, require, require_accepted,
+                                             require_clear, require_data, Rules, SAME_ANGLE, thin,
+                                             within)
+
+RULES = Rules()
+rule = RULES.rule
+
+RATE = 100.0
+"""Required rate (Hz) of the robot's topics and of the base_link transform."""
+EXACT = 1e-3
+"""Tolerance for equal numbers."""
+PRECISION = 0.05
+"""Tolerance (m) for the final distance to a goal, the lateral deviation and the overshoot."""
+MAX_SLIP = 0.02
+"""Maximum slip of the wheel, as a fraction of the driven distance."""
+VELOCITY_TOLERANCE = 0.1
+"""Maximum relative difference between the wheel's rotation and the integral of its velocity."""
+MAX_MISALIGNMENT = 5.0
+"""Maximum angle (degrees) between the robot's motion and the wheel's rolling direction."""
+START_DISTANCE = 0.02
+"""Minimum travel distance (m) for computing the direction of a drive."""
+STRIDE = 5
+"""Number of transform intervals over which a direction of motion is computed."""
+COMMAND_AGE_NS = 50_000_000
+"""Maximum interval (ns) between an odometry message and the command with the same twist."""
+GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
+"""Topics that ROS itself publishes outside any namespace."""
+
+
+def frame(record: Record, name: str, parent: str = '') -> Frame:
+    """Return a frame, or raise Failed if the frame is absent or has the wrong parent."""
+    require_clear(record, name)
+    found = require(record.frames.get(record.actual(name)), f'no node broadcasts {name}')
+    parents = {sample.parent for sample in found.samples}
+    if parent and parents != {record.actual(parent)}:
+        raise Failed(f'the parent of {name} is {", ".join(sorted(parents))}')
+    return found
+
+
+def messages(record: Record, name: str) -> list[Received]:
+    """Return all messages received on a topic, or raise Failed if there are none."""
+    require_clear(record, name)
+    return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
+
+
+def drives(record: Record) -> list[Drive]:
+    """Return all drives of more than 0.1 m, or raise Open if there are none."""
+    require_clear(record, 'goal_pose', 'pose')
+    return require_data([drive for drive in record.drives if drive.length > 0.1],
+                        'the robot was not driven')
+
+
+@rule('frames: world', 'All other frames are descendants of world',
+      'every frame is a descendant of world')
+def all_below_world(record: Record) -> Finding:
+    require(record.frames or None, 'no node broadcasts any frame')
+    return from_faults([f'{name} is not below world' for name in record.frames
+                        if record.ancestors(name)[-1] != record.actual('world')],
+                       len(record.frames), 'frames')
+
+
+@rule('frames: odom', 'odom … a fixed offset from world … the initial location of the turtle',
+      'odom is a fixed child of world at the initial position of the turtle')
+def odom_is_fixed(record: Record) -> Finding:
+    places = [sample.pose.position[:2] for sample in frame(record, 'odom', 'world').samples]
+    moved = largest(dist(place, places[0]) for place in places)
+    # The turtle may have been moved before odom was defined.
+    starts = [CENTER, *((pose.message.x, pose.message.y) for pose in record.topics['pose'][:1])]
+    offset = min(dist(places[0], start) for start in starts)
+    return Finding(moved <= EXACT and offset <= NEAR, 'at ({:.3f}, {:.3f})'.format(*places[0])
+                   + f', {offset:.3f} m from the start, moved by {moved:.3f} m')
+
+
+@rule('frames: base_link', "The turtle's location relative to odom is … its wheel odometry",
+      f'base_link is a child of odom and, at rest, within {NEAR} m of the turtle in turtlesim',
+      ['frames: odom'])
+def base_link_is_the_turtle(record: Record) -> Finding:
+    frame(record, 'base_link', 'odom')
+    off = []
+    for end in (*(end for _, end in record.idle), *(drive.end for drive in record.drives)):
+        poses = record.messages('pose', end - 200_000_000, end)
+        base = record.pose('base_link', end - 20_000_000)
+        if poses and base:
+            off.append(dist(base.position[:2], (poses[-1].message.x, poses[-1].message.y)))
+    return within(NEAR, off, 'the turtle was not observed at rest')
+
+
+@rule('frames: robot', "base_link has other child frames, as defined by the robot's urdf file",
+      'every link of the URDF is a frame below base_link, and the wheel is on the ground',
+      ['rate: joint_states'])
+def links_are_frames(record: Record) -> Finding:
+    robot = model(record)
+    faults = [f'{link} is not in TF' for link in robot.links if link != 'base_link'
+              and record.actual('base_link') not in record.ancestors(link)]
+    radius = record.profile.numbers.get('wheel_radius')
+    wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
+    if wheel is not None and radius is not None and not abs(wheel.position[2] - radius) <= NEAR:
+        faults.append(f'the wheel is {wheel.position[2] - radius:.3f} m above the ground')
+    return from_faults(faults, len(robot.links), 'links')
+
+
+@rule('frames: brick', 'brick. This frame is the location of the brick',
+      'brick is a descendant of world')
+def brick_is_below_world(record: Record) -> Finding:
+    frame(record, 'brick')
+    chain = record.ancestors('brick')
+    return Finding(chain[-1] == record.actual('world'), ' -> '.join(reversed(chain)))
+
+
+@rule('frames: broadcasters', 'Broadcasting the … base_link frame …, the brick frame …',
+      'every frame has one broadcaster')
+def one_broadcaster(record: Record) -> Finding:
+    require(record.frames or None, 'no node broadcasts any frame')
+    faults = [f'{name} has several broadcasters' for name, found in record.frames.items()
+              if found.on_both_topics
+              or sum(b < a for a, b in pairwise(found.sequence_numbers)) > 2]
+    return from_faults(faults, len(record.frames), 'frames')
+
+
+@rule('names: relative', 'refer to ROS entities using relative names from within your nodes',
+      'every topic except those of ROS itself is inside the namespace')
+def names_are_relative(record: Record) -> Finding:
+    if record.namespace == '/':
+        raise Open('start the graph in a namespace, and pass the namespace with --namespace')
+    own = f'{record.namespace}/'
+    topics = [topic for topic, nodes in record.publishers.items() if topic not in GLOBAL_TOPICS
+              and any(node.startswith(own) for node in nodes)]
+    require(topics or None, f'no node in {record.namespace} publishes anything')
+    return from_faults([f'{topic} is outside the namespace' for topic in topics
+                        if not topic.startswith(own)], len(topics), 'topics')
+
+
+def judge_rate(record: Record, name: str, nominal: float) -> Finding:
+    """Compare the rate of a topic or frame with a nominal rate (Hz) in each observed interval."""
+    rates = []
+    require_data(record.idle, 'the graph was not observed')
+    for begin, end in (*record.idle, *record.driving):
+        if name in record.topics:
+            messages(record, name)
+            stamps = [stamp_of(received) for received in record.messages(name, begin, end)]
+        else:
+            stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
+        rates.append(message_rate([stamp * SECONDS_PER_NS for stamp in stamps]))
+    text = ', '.join(f'{rate:.2f} Hz {label}'
+                     for rate, label in zip(rates, ('at rest', 'driving')))
+    ending = f'/{record.profile.topics.get(name, name)}'
+    for nodes in (found for topic, found in record.publishers.items() if topic.endswith(ending)):
+        text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
+    return Finding(all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates), text)
+
+
+for name in ('cmd_vel', 'odom', 'joint_states', 'base_link'):
+    rule(f'rate: {name}', 'All publishing and broadcasting shall be done at 100 Hz',
+         f'{RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(partial(judge_rate, name=name, nominal=RATE))
+rule('rate: brick', 'The node should simulate the physics at 250 Hz',
+     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(
+         partial(judge_rate, name='brick', nominal=PHYSICS_RATE))
+
+
+def velocity(message: Any) -> tuple[float, float, float]:
+    """Return the x and y velocities (m/s) and the yaw rate (rad/s) in a twist message."""
+    twist = getattr(message, 'twist', message)
+    return twist.linear.x, twist.linear.y, twist.angular.z
+
+
+@rule('cmd_vel: at rest', 'If the turtle is not moving … a cmd_vel of 0',
+      'every command is 0 while the robot is at rest')
+def commands_at_rest(record: Record) -> Finding:
+    require_data(record.idle, 'the graph was not observed')
+    speeds = [hypot(*velocity(command.message)) for begin, end in record.idle
+              for command in record.messages('cmd_vel', begin, end)]
+    require(speeds or None, 'no commands while the robot was at rest')
+    return Finding(largest(speeds) <= 1e-9,
+                   f'{len(speeds)} commands, at most {largest(speeds):.3f}')
+
+
+@rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
+      'the pose on odom equals the pose of base_link in TF, except for one turtlesim tick')
+def odometry_equals_tf(record: Record) -> Finding:
+    off, turned, base = [], [], frame(record, 'base_link')
+    for odometry in messages(record, 'odom'):
+        frames = [name.removeprefix('/') for name in (
+            odometry.message.header.frame_id, odometry.message.child_frame_id)]
+        if frames != [record.actual('odom'), record.actual('base_link')]:
+            raise Failed(f'the odometry is the pose of {frames[1]!r} in {frames[0]!r}')
+        sample = base.at(stamp_of(odometry))
+        if sample is not None:
+            p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
+            there = pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+            off.append(dist(there.position[:2], sample.pose.position[:2]))
+            turned.append(angle_between(there.axes[:, 0], sample.pose.axes[:, 0]))
+    require(off or None, 'no transform at the time of any odometry message')
+    # Between two transforms, the robot may have moved for one turtlesim time step (16 ms).
+    allowed = number(record, 'max_velocity') * 0.016 + EXACT
+    text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
+    return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)
+
+
+@rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel',
+      'the twist equals a recent cmd_vel in 99 of 100 messages')
+def twist_is_command(record: Record) -> Finding:
+    messages(record, 'odom')
+    equal = []
+    for drive in drives(record):
+        for odometry in thin(record.messages('odom', drive.begin, drive.end)):
+            recent = record.messages('cmd_vel', odometry.published - COMMAND_AGE_NS,
+                                     odometry.published + COMMAND_AGE_NS)
+            twist = velocity(odometry.message.twist)
+            equal.append(any(dist(twist, velocity(command.message)) < 1e-6 for command in recent))
+    return Finding(sum(equal) >= 0.99 * len(equal),
+                   f'equal in {sum(equal)} of {len(equal)} messages')
+
+
+@rule('joint_states: names', 'Publishing the joint_states of the turtle robot',
+      'exactly the movable joints of the URDF, with finite positions')
+def joints_are_published(record: Record) -> Finding:
+    received = [state.message for state in messages(record, 'joint_states')]
+    movable = {joint.name for joint in model(record).joints if joint.movable}
+    published = {name for message in received for name in message.name}
+    finite = all(isfinite(position) for message in received for position in message.position)
+    text = f'{", ".join(sorted(published))}; in the URDF: {", ".join(sorted(movable))}'
+    if not finite:
+        text += '; not every position is finite'
+    return Finding(published == movable and finite, text)
+
+
+@rule('joint_states: velocity', 'based on the wheel radius and the forward velocity',
+      f"0 at rest, with an integral within {VELOCITY_TOLERANCE:.0%} of the wheel's rotation")
+def joints_have_their_velocity(record: Record) -> Finding:
+    if not any(len(state.message.velocity) for state in messages(record, 'joint_states')):
+        raise Open('no velocity is published, and none is required')
+    at_rest = largest(abs(value) for begin, end in record.idle for joint in model(record).joints
+                      for _, value in record.joint(joint.name, begin, end, 'velocity'))
+    wheel, rotation, integral = model(record).joint('wheel').name, 0.0, 0.0
+    for drive in drives(record):
+        angles = record.joint(wheel, drive.begin, drive.end)
+        speeds = record.joint(wheel, drive.begin, drive.end, 'velocity')
+        rotation += angles[-1][1] - angles[0][1]
+        integral += sum((v + w) / 2.0 * (b - a) * SECONDS_PER_NS
+                        for (a, v), (b, w) in pairwise(speeds))
+    met = at_rest <= EXACT and abs(integral - rotation) <= VELOCITY_TOLERANCE * abs(rotation)
+    return Finding(met, f'at most {at_rest:.3f} rad/s at rest, integral {integral:.1f} rad, '
+                   f'rotation {rotation:.1f} rad')
+
+
+@rule('URDF: base_link', 'A base_link that … is represented by a cube', 'base_link is a cube')
+def base_is_a_cube(record: Record) -> Finding:
+    size = model(record).solid('base_link', 'box').size
+    return Finding(max(size) <= 1.02 * min(size), '{:.3f} x {:.3f} x {:.3f} m'.format(*size))
+
+
+@rule('URDF: platform', 'a cylindrical link at the top … parallel to the ground in the zero '
+      'position, but should be able to rotate',
+      'a level cylinder on a horizontal axis, above all other links')
+def platform_turns(record: Record) -> Finding:
+    robot = model(record)
+    joint, platform = robot.joint('platform'), robot.pose('platform')
+    leaning = inclination(platform.compose(robot.solid('platform', 'cylinder').pose))
+    higher = max(robot.pose(link).position[2] for link in robot.links
+                 if joint not in robot.joints_to(link)) - platform.position[2]
+    return Finding(abs(robot.axis(joint)[2]) <= SAME_ANGLE and leaning <= SAME_ANGLE
+                   and higher <= 1e-6, f'{joint.name}, inclined by {leaning:.3f} rad, '
+                   f'{-higher:.3f} m above the other links')
+
+
+@rule('URDF: room to turn', 'it may rotate fully without colliding with the base link',
+      'the platform cannot touch the cube at any angle')
+def platform_clears_the_base(record: Record) -> Finding:
+    robot = model(record)
+    base, platform = robot.solid('base_link', 'box'), robot.solid('platform', 'cylinder')
+    (radius, thickness), (x, y, z) = platform.size, platform.pose.position
+    reach = hypot(radius + hypot(x, y), abs(z) + thickness / 2.0)
+    top = base.pose.position[2] + base.size[2] / 2.0
+    clearance = robot.pose(robot.joint('platform').child).position[2] - top - reach
+    return Finding(clearance >= -1e-6, f'a clearance of {clearance:.3f} m')
+
+
+@rule('URDF: post', 'A fixed cylindrical link should connect the base_link to the platform',
+      'a cylinder that is between the cube and the platform and is fixed to base_link')
+def post_is_fixed(record: Record) -> Finding:
+    robot = model(record)
+    base, hinge = robot.solid('base_link', 'box'), robot.pose('platform').position
+    fixed = [link for link in robot.links if link != 'base_link'
+             and not any(joint.movable for joint in robot.joints_to(link))]
+    posts = []
+    for link in fixed:
+        for solid in robot.links[link]:
+            x, y, z = robot.center(link, solid)
+            if (solid.kind == 'cylinder' and dist((x, y), hinge[:2]) <= NEAR
+                    and base.pose.position[2] < z < hinge[2]):
+                posts.append(link)
+    return Finding(bool(posts), ', '.join(posts) or 'there is no such link')
+
+
+@rule('URDF: stem', 'a cylindrical link that turns about the vertical z-axis and is below',
+      'a cylinder that is below the cube and turns about z')
+def stem_turns(record: Record) -> Finding:
+    robot, joint = model(record), model(record).joint('stem')
+    stem, base = robot.solid('stem', 'cylinder'), robot.solid('base_link', 'box')
+    below = base.pose.position[2] - robot.center('stem', stem)[2]
+    upright = abs(float(robot.axis(joint)[2]))
+    return Finding(below > 0.0 and upright > 0.999,
+                   f'{joint.name}, {below:.3f} m below the cube, z component of the axis '
+                   f'{upright:.3f}')
+
+
+@rule('URDF: wheel', 'A wheel is connected to the stem and can roll as the robot moves',
+      'a cylinder on the stem with a continuous joint along its level axis')
+def wheel_rolls(record: Record) -> Finding:
+    robot, joint = model(record), model(record).joint('wheel')
+    along = abs(float(joint.axis @ robot.solid('wheel', 'cylinder').pose.upright))
+    on_stem = robot.joint('stem') in robot.joints_to(joint.parent)
+    return Finding(on_stem and along > 0.999 and abs(robot.axis(joint)[2]) < 0.05
+                   and joint.kind == 'continuous', f'{joint.kind} {joint.name}')
+
+
+@rule('URDF: colors', 'Each link should be a different color',
+      'base_link, platform, post, stem and wheel have different colors')
+def links_differ_in_color(record: Record) -> Finding:
+    robot = model(record)
+    links = {'base_link', 'platform', 'stem', 'wheel',
+             *(joint.child for joint in robot.joints_to('platform') if not joint.movable)}
+    colors = [robot.links[link][0].color for link in links if robot.links.get(link)]
+    return Finding(len(set(colors)) == len(colors) >= 4,
+                   f'{len(set(colors))} colors for {len(colors)} links')
+
+
+@rule('URDF: numbers', 'changing config/turtle.yaml should be the only change required',
+      'platform_height, wheel_radius and platform_radius as configured', ['URDF: wheel'])
+def model_has_the_numbers(record: Record) -> Finding:
+    robot, height = model(record), number(record, 'platform_height')
+    wheel, platform = (robot.solid(link, 'cylinder') for link in ('wheel', 'platform'))
+    ground = robot.center('wheel', wheel)[2] - wheel.size[0]
+    middle, half = robot.center('platform', platform)[2] - ground, platform.size[1] / 2.0
+    met = abs(height - middle) <= half + EXACT
+    text = f'platform from {middle - half:.3f} to {middle + half:.3f} m (configured {height:.3f})'
+    for name, solid in (('wheel_radius', wheel), ('platform_radius', platform)):
+        configured, radius = number(record, name), solid.size[0]
+        met = met and abs(radius - configured) <= EXACT
+        text += f', {name} {radius:.3f} m (configured {configured:.3f})'
+    return Finding(met, text)
+
+
+@rule('drive: goal', 'driving the robot toward the goal pose using cmd_vel messages',
+      f'the robot stops within {PRECISION} m of its goal, in 8 directions',
+      ['drive: straight', 'drive: overshoot'])
+def goals_are_reached(record: Record) -> Finding:
+    off = []
+    for drive in drives(record):
+        poses = require(record.messages('pose', drive.begin, drive.end) or None,
+                        'the robot was not observed')
+        off.append(dist((poses[-1].message.x, poses[-1].message.y), drive.goal))
+    return within(PRECISION, off, '', 'at most {:.3f} m off in {} drives')
+
+
+def deviations(record: Record) -> Iterator[tuple[float, float]]:
+    """Yield the distance (m) past the goal and the lateral deviation (m) for each pose."""
+    for drive in drives(record):
+        (x0, y0), (x1, y1) = drive.start, drive.goal
+        ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
+        for received in record.messages('pose', drive.begin, drive.end):
+            dx, dy = received.message.x - x1, received.message.y - y1
+            yield dx * ux + dy * uy, dy * ux - dx * uy
+
+
+@rule('drive: straight', 'the stem points in that direction and then the robot translates',
+      f'at most {PRECISION} m beside the line from start to goal')
+def drives_are_straight(record: Record) -> Finding:
+    return within(PRECISION, [abs(side) for _, side in deviations(record)],
+                  'the robot was not observed', 'at most {:.3f} m beside the line in {} poses')
+
+
+@rule('drive: overshoot', 'driving the robot toward the goal pose',
+      f'at most {PRECISION} m beyond the goal', ['drive: speed'])
+def drives_do_not_overshoot(record: Record) -> Finding:
+    return within(PRECISION, [along for along, _ in deviations(record)],
+                  'the robot was not observed', 'at most {:.3f} m beyond the goal in {} poses')
+
+
+@rule('drive: speed', 'The max_velocity, maximum translational velocity of the robot',
+      'some commands are above 0, and none is above max_velocity')
+def speed_is_limited(record: Record) -> Finding:
+    limit = number(record, 'max_velocity')
+    speeds = [hypot(*velocity(command.message)[:2]) for command in messages(record, 'cmd_vel')]
+    if not any(speeds):
+        drives(record)  # If the robot was not driven, this call raises Open.
+    return Finding(0.0 < largest(speeds) <= limit * (1.0 + 1e-6),
+                   f'at most {largest(speeds):.3f} m/s (limit {limit:g})')
+
+
+def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
+    """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
+    joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
+    driven = rolled = direction = 0.0
+    angles = record.joint(joint.name, drive.begin, drive.end)
+    track = [(angle, wheel) for stamp, angle in thin(angles)
+             if (wheel := record.pose(joint.child, stamp)) is not None]
+    for (last_angle, last_wheel), (angle, wheel) in pairwise(track):
+        motion, axis = (wheel.position - last_wheel.position)[:2], wheel.axes @ joint.axis
+        driven += hypot(*motion)
+        rolled += radius * abs(angle - last_angle)
+        direction += (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1])
+    return driven, copysign(rolled, direction)
+
+
+@rule('drive: rolling', 'the wheel is rolling without slipping',
+      f'wheel angle x wheel_radius = driven distance within {MAX_SLIP:.0%}, in the direction of '
+      'the motion', ['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link',
+                     'frames: robot'])
+def wheel_does_not_slip(record: Record) -> Finding:
+    points = [driven_and_rolled(record, drive) for drive in drives(record)]
+    driven, rolled = zip(*points)
+    met = all(abs(b - a) <= MAX_SLIP * a + 0.005 for a, b in points)
+    text = f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} drives'
+    return Finding(met, text, Plot(
+        'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
+        (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])))
+
+
+def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> float:
+    """Return the angle (degrees) between a motion and the direction in which the wheel rolls."""
+    robot = model(record)
+    axis = sample.pose.axes @ robot.axis(robot.joint('wheel'), {robot.joint('stem').name: stem})
+    return degrees(asin(min(abs(float(axis[:2] @ motion)) / hypot(*motion), 1.0)))
+
+
+@rule('drive: stem first', 'the stem points in that direction and then the robot translates',
+      f'the stem has turned to within {MAX_MISALIGNMENT:g} degrees before the robot moves',
+      ['drive: stem'])
+def stem_turns_first(record: Record) -> Finding:
+    lead_times = []
+    for drive in drives(record):
+        samples = frame(record, 'base_link').between(drive.begin, drive.end)
+        motions = [(sample.stamp, (sample.pose.position - samples[0].pose.position)[:2])
+                   for sample in samples]
+        far = [motion for _, motion in motions if hypot(*motion) > START_DISTANCE]
+        if far:
+            departure = turned = next(stamp for stamp, motion in motions if hypot(*motion) > EXACT)
+            for stamp, angle in reversed(record.joint(
+                    model(record).joint('stem').name, drive.begin, departure)):
+                if misalignment(record, samples[0], angle, far[0]) > MAX_MISALIGNMENT:
+                    break
+                turned = stamp
+            lead_times.append((departure - turned) * SECONDS_PER_NS)
+    require_data(lead_times, 'the robot was not observed while driving')
+    return Finding(min(lead_times) > 0.0,
+                   f'at least {min(lead_times):.3f} s before, in {len(lead_times)} drives')
+
+
+@rule('drive: stem', 'the stem points in that direction … (while the wheel rolls)',
+      f'the wheel rolls in the direction of motion, within {MAX_MISALIGNMENT:g} degrees',
+      ['joint_states: names', 'URDF: stem', 'URDF: wheel'])
+def stem_points_along(record: Record) -> Finding:
+    off = []
+    for drive in drives(record):
+        samples = frame(record, 'base_link').between(drive.begin, drive.end)
+        motions = [(b, (b.pose.position - a.pose.position)[:2])
+                   for a, b in zip(samples, samples[STRIDE:])]
+        moving = [(sample, motion) for sample, motion in motions if hypot(*motion) > NEAR]
+        angles = thin(record.joint(model(record).joint('stem').name, drive.begin, drive.end))
+        for sample, motion in thin(moving[len(moving) // 4:3 * len(moving) // 4]):
+            angle = min(angles, key=lambda one: abs(one[0] - sample.stamp))[1]
+            off.append(misalignment(record, sample, angle, motion))
+    return within(MAX_MISALIGNMENT, off, 'the robot was not observed while driving',
+                  'at most {:.1f} degrees off in {} poses')
+
+
+@rule('tilt', 'The tilt angle … is set to the last message received on this topic',
+      'the joint and TF have each requested angle', ['frames: robot', 'URDF: platform'])
+def platform_has_the_tilt(record: Record) -> Finding:
+    require_clear(record, 'tilt')
+    robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
+    for request in require_data(record.tilts, 'the platform was not tilted'):
+        require_accepted(request)
+        positions = record.joint(joint.name, request.begin, request.end)
+        stamp = request.end - BEFORE_NS
+        platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)
+        if not positions or platform is None or base is None:
+            raise Failed('the joint or the frame of the platform is not published')
+        angle = positions[-1][1]
+        expected = base.axes @ robot.pose('platform', {joint.name: request.value}).upright
+        off = angle_between(platform.upright, expected)
+        met = met and abs(angle - request.value) <= SAME_ANGLE and off <= SAME_ANGLE
+        texts.append(f'{request.value:g} rad: joint {angle:.3f}, TF {off:.3f} off')
+    return Finding(met, '; '.join(texts))

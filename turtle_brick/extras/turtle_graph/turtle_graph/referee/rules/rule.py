@@ -1,0 +1,228 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Check, without ROS, whether a recorded graph meets the requirements of the assignment.
+
+Each rule has a function that returns a `Finding`. The function raises `Failed` if required data is
+absent, and `Open` if the record is insufficient for a judgment.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from typing import Any, NamedTuple, TypeVar
+
+import numpy
+from turtle_graph.client.record import Record, Request
+
+Value = TypeVar('Value')
+
+PHYSICS_RATE = 250.0
+"""Required rate (Hz) of the physics simulation and of the brick transform."""
+RATE_TOLERANCE = 0.02
+"""Relative tolerance for rates and accelerations."""
+NEAR = 0.01
+"""Tolerance (m) for equal positions."""
+SAME_ANGLE = 0.02
+"""Tolerance (rad) for equal angles."""
+BEFORE_NS = 100_000_000
+"""Time (ns) between the last pose evaluated by a rule and the next request of the referee."""
+MAX_COUNT = 1000
+"""Approximate maximum number of samples in one evaluation."""
+MET, FAILED, OPEN = '✔', '✗', '–'
+
+ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
+"""Pattern for a plural noun after the number 1, such as '1 rides'."""
+
+
+class Failed(Exception):
+    """Exception that states why a requirement is not met."""
+
+
+class Absent(Failed):
+    """Exception raised if a requirement is not met because a part of the graph is absent."""
+
+
+class Open(Exception):
+    """Exception that states why a requirement cannot be judged."""
+
+
+class Plot(NamedTuple):
+    """A plot of measured points and of the curve on which the points should lie."""
+
+    title: str
+    x_label: str
+    y_label: str
+    measured: tuple[Any, Any]  # sequences of x and y
+    expected: tuple[Any, Any]
+
+
+class Finding(NamedTuple):
+    """The result of a rule, with an optional plot."""
+
+    met: bool
+    measured: str
+    plot: Plot | None = None
+
+
+class Judgment(NamedTuple):
+    """A requirement with its mark, expected result and measured result."""
+
+    name: str
+    sentence: str
+    expected: str
+    mark: str
+    measured: str
+    plot: Plot | None = None
+    follows: Sequence[str] = ()  # Crashes and other failures that may have caused this failure.
+    absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
+
+
+Judge = Callable[[Record], Finding]
+
+
+class Rule(NamedTuple):
+    """A requirement and the function that judges it."""
+
+    name: str
+    sentence: str
+    expected: str
+    judge: Judge
+    depends_on: Sequence[str]  # Requirements that must be met before this one can be met.
+
+    def __call__(self, record: Record) -> Judgment:
+        """Judge a record, ignoring whether the machine was overloaded."""
+        plot, absent = None, False
+        try:
+            with numpy.errstate(all='ignore'):
+                met, measured, plot = self.judge(record)
+            mark = MET if met else FAILED
+        except Failed as error:
+            mark, measured, absent = FAILED, str(error), isinstance(error, Absent)
+        except Open as error:
+            mark, measured = OPEN, str(error)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            # Unexpected data must not stop the referee.
+            mark = FAILED
+            measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
+        return Judgment(self.name, self.sentence, self.expected, mark, measured, plot,
+                        absent=absent)
+
+
+class Rules(list[Rule]):
+    """A list of rules to apply to a record."""
+
+    def rule(self, name: str, sentence: str, expected: str,
+             depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
+        """Return a decorator that adds a function to this list as a Rule with the given fields."""
+        def add(judge: Judge) -> Judge:
+            self.append(Rule(name, sentence, expected, judge, depends_on))
+            return judge
+        return add
+
+    def judge(self, record: Record) -> list[Judgment]:
+        """Judge a record and return the failed, open and met requirements, in that order."""
+        judgments, overload = [rule(record) for rule in self], record.stall_summary()
+        if overload:
+            # A requirement that failed only while the machine was overloaded is marked as open.
+            calm = record.without_stalls()
+            judgments = [
+                one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
+                if one.mark == FAILED and rule(calm).mark != FAILED else one
+                for rule, one in zip(self, judgments)]
+        causes = self.causes({one.name: one.measured for one in judgments if one.mark == FAILED})
+        crashed = [crash.partition(': ')[0] for crash in record.crashes]
+        absent = {one.name for one in judgments if one.absent}
+        for name, found in causes.items():
+            if crashed and absent.intersection([name, *found]):
+                causes[name] = crashed
+        judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
+                                  follows=causes.get(one.name, ())) for one in judgments]
+        order = (FAILED, OPEN, MET)
+        return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
+
+    def causes(self, failed: Mapping[str, str]) -> dict[str, list[str]]:
+        """Map each failed requirement to the other failed requirements that may have caused it."""
+        above = {name: self.all_dependencies(name) for name in failed}
+        roots = [name for name in failed if not above[name] & failed.keys()]
+        # If requirements fail with the same measured result, only the first counts as a cause.
+        first = {failed[root]: root for root in reversed(roots)}
+        return {name: sorted({first[failed[root]] for root in roots
+                              if root in {name, *above[name]}} - {name}) for name in failed}
+
+    def all_dependencies(self, name: str) -> set[str]:
+        """Return the direct and indirect dependencies of a rule."""
+        depends_on = {rule.name: rule.depends_on for rule in self}.get(name, ())
+        return {*depends_on}.union(*map(self.all_dependencies, depends_on))
+
+
+def number(record: Record, name: str) -> float:
+    """Return a physical parameter of the robot, or raise Open if the value is unknown."""
+    if name not in record.profile.numbers:
+        raise Open(f'{name} is unknown because no node has this parameter; add it to a profile')
+    return record.profile.numbers[name]
+
+
+def thin(items: Iterable[Value]) -> list[Value]:
+    """Return at most 2 * MAX_COUNT - 1 evenly spaced items from an iterable."""
+    items = list(items)
+    return items[::max(len(items) // MAX_COUNT, 1)]
+
+
+def require_data(items: list[Value], reason: str) -> list[Value]:
+    """Return the items, or raise Open with the given reason if the list is empty."""
+    if not items:
+        raise Open(reason)
+    return items
+
+
+def require(value: Value | None, fault: str) -> Value:
+    """Return the value, or raise Absent with the given fault if the value is None."""
+    if value is None:
+        raise Absent(fault)
+    return value
+
+
+def require_clear(record: Record, *names: str) -> None:
+    """Raise Open if the referee could not use one of the given topics, services or frames."""
+    for name in names:
+        if name in record.unclear:
+            raise Open(record.unclear[name])
+
+
+def require_accepted(request: Request | None) -> Request:
+    """Return the request if it was accepted, or raise Failed with the response message."""
+    if request is None or not request.answered:
+        raise Absent(request and request.message or 'there was no response')
+    if not request.accepted:
+        raise Failed(request.message or 'the request was refused')
+    return request
+
+
+def largest(values: Iterable[float]) -> float:
+    """Return the largest value (NaN if any value is NaN, 0 if there are no values)."""
+    values = list(values)
+    return next((value for value in values if value != value), max(values, default=0.0))
+
+
+def within(limit: float, values: list[float], reason: str,
+           text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
+    """Judge whether every value is at most `limit`, or raise Open if there are no values."""
+    value = largest(require_data(values, reason))
+    return Finding(value <= limit, text.format(value, len(values)))
+
+
+def from_faults(faults: Sequence[str], count: int, items: str) -> Finding:
+    """Judge `count` items. The requirement is met if the list of faults is empty."""
+    text = f'{count - len(faults)} of {count} {items}'
+    return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text)

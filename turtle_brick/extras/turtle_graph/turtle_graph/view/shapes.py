@@ -1,0 +1,212 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Drawable shapes from the robot description and from markers. Lengths are in meters."""
+
+from collections.abc import Callable
+from itertools import chain
+from math import cos, hypot, inf, sin
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import numpy
+from turtle_graph.client.geometry import Vector
+from turtle_graph.client.record import nanoseconds_of
+from visualization_msgs.msg import Marker
+
+Quaternion = tuple[float, float, float, float]
+"""Rotation as a quaternion (x, y, z, w)."""
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, each from 0 to 1."""
+
+RED: Color = (1.0, 0.0, 0.0, 1.0)
+"""Color of a URDF visual element that has no defined material, as in rviz2."""
+
+MAX_NUMBER = 1e6
+"""Maximum absolute value of any number used for drawing."""
+
+SOLIDS = ('box', 'cylinder', 'sphere')
+"""Drawable kinds of URDF geometry."""
+
+MARKER_KINDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'cylinder',
+                Marker.LINE_STRIP: 'line', Marker.TEXT_VIEW_FACING: 'text'}
+"""Kind of shape for each drawable marker type."""
+
+MARKER_TYPES = {getattr(Marker, name): name for name in (
+    'ARROW', 'LINE_LIST', 'CUBE_LIST', 'SPHERE_LIST', 'POINTS', 'MESH_RESOURCE', 'TRIANGLE_LIST')}
+"""Names of the marker types that cannot be drawn."""
+
+
+class Pose(NamedTuple):
+    """Position (m) and orientation (unit quaternion) of a frame in its parent frame."""
+
+    position: Vector
+    orientation: Quaternion
+
+    def transform(self, point: Vector) -> Vector:
+        """Transform a point (m) from this frame to the parent frame."""
+        *axis, w = self.orientation
+        half = numpy.cross(axis, point)
+        x, y, z = numpy.add(self.position, point) + 2.0 * (w * half + numpy.cross(axis, half))
+        return float(x), float(y), float(z)
+
+
+IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
+"""Pose at the origin of a frame, without rotation."""
+
+
+class Shape(NamedTuple):
+    """A colored solid, line or text in a frame."""
+
+    kind: str  # 'box', 'cylinder' (along z), 'sphere', 'line' or 'text' (facing the camera).
+    size: Vector  # Size (m) along x, y and z, where x is the line width and z is the text height.
+    color: Color
+    pose: Pose = ORIGIN  # Pose of the center of the shape.
+    text: str = ''
+    points: tuple[Vector, ...] = ()  # Points (m) on a line.
+
+
+class SceneObject(NamedTuple):
+    """Shapes that move together."""
+
+    shapes: tuple[Shape, ...]
+    pose: Pose  # Pose of the shapes' frame in the fixed frame.
+    label: str = ''  # Text beside the axes of the frame. Without text, the axes are hidden.
+
+
+class RobotShapes(NamedTuple):
+    """The visible parts of a robot."""
+
+    root: str  # Name of the link without a parent.
+    links: dict[str, tuple[Shape, ...]]  # Shapes in the frame of each link.
+    skipped: frozenset[str] = frozenset()  # Kinds of geometry that cannot be drawn.
+
+
+class Markers:
+    """The current markers. Times (ns) come from a monotonic clock."""
+
+    def __init__(self) -> None:
+        # Frame, shape and expiration time (ns) of each marker, by topic, namespace and ID.
+        self._shown: dict[tuple[str, str, int], tuple[str, Shape, float]] = {}
+
+    def update(self, topic: str, message: Marker, now: int) -> None:
+        """Add, change or remove a marker, or raise ValueError if the marker cannot be drawn."""
+        if message.action == Marker.DELETEALL:
+            self._shown = {key: shown for key, shown in self._shown.items() if key[0] != topic}
+        key = (topic, message.ns, message.id)
+        self._shown.pop(key, None)
+        if message.action == Marker.ADD:
+            end = now + (nanoseconds_of(message.lifetime) or inf)
+            # Like rviz2, the page accepts frame names with a leading slash.
+            frame = message.header.frame_id.removeprefix('/')
+            self._shown[key] = (frame, shape_of(message), end)
+
+    def objects(self, now: int, pose_of: Callable[[str], Pose | None]) -> dict[str, SceneObject]:
+        """Return all markers in known frames as objects keyed by name. Remove expired markers."""
+        self._shown = {key: shown for key, shown in self._shown.items() if now < shown[2]}
+        return {f'{topic}/{namespace}/{number}': SceneObject((shape,), pose)
+                for (topic, namespace, number), (frame, shape, _) in self._shown.items()
+                if (pose := pose_of(frame)) is not None}
+
+
+def is_drawable(*numbers: float) -> bool:
+    """Return whether the absolute value of each number is at most MAX_NUMBER."""
+    return all(abs(number) <= MAX_NUMBER for number in numbers)
+
+
+def shape_of(message: Marker) -> Shape:
+    """Return the shape of a marker, or raise ValueError if the marker cannot be drawn."""
+    if message.type not in MARKER_KINDS:
+        name = MARKER_TYPES.get(message.type, 'unknown')
+        raise ValueError(f'the page cannot draw markers of type {name}')
+    position, orientation = message.pose.position, message.pose.orientation
+    quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
+    # rviz2 also draws markers whose quaternion is zero.
+    length = hypot(*quaternion)
+    rotation = tuple(component / length for component in quaternion) if length else IDENTITY
+    pose = Pose((position.x, position.y, position.z), rotation)
+    size = (message.scale.x, message.scale.y, message.scale.z)
+    color = (message.color.r, message.color.g, message.color.b, message.color.a)
+    points = tuple((point.x, point.y, point.z) for point in message.points)
+    if not is_drawable(*size, *color, *chain(*pose), *chain(*points)):
+        raise ValueError('it contains a number that is too large or not finite')
+    return Shape(MARKER_KINDS[message.type], size, color, pose, message.text, points)
+
+
+def robot_shapes(description: str) -> RobotShapes:
+    """Return the shapes in a robot description, or raise ValueError if the URDF is invalid."""
+    try:
+        robot = ElementTree.fromstring(description)
+    except ElementTree.ParseError as error:
+        raise ValueError(f'robot_description is not valid XML: {error}') from None
+    # If several materials have the same name, urdfdom uses the first one.
+    materials = [*robot.findall('material'), *robot.findall('link/visual/material')]
+    colors = {material.get('name'): _numbers(color, 'rgba', 4) for material in reversed(materials)
+              if (color := material.find('color')) is not None}
+    links = {link.get('name', ''): _link_shapes(link, colors) for link in robot.findall('link')}
+    children = {child.get('link') for child in robot.findall('joint/child')}
+    roots = [name for name in links if name not in children]
+    if len(roots) != 1:
+        raise ValueError(f'robot_description must have one root link, but has {roots}')
+    kinds = {solid.tag for solid in robot.findall('link/visual/geometry/*')}
+    return RobotShapes(roots[0], links, frozenset(kinds.difference(SOLIDS)))
+
+
+def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return the rotation by three angles (rad) about the fixed x, y and z axes (REP 103)."""
+    (cr, cp, cy), (sr, sp, sy) = (
+        [function(angle / 2.0) for angle in (roll, pitch, yaw)] for function in (cos, sin))
+    return (sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
+
+
+def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> tuple[Shape, ...]:
+    shapes = []
+    for visual in link.findall('visual'):
+        material = visual.find('material')
+        name = '' if material is None else material.get('name')
+        if name is None:
+            break  # urdfdom ignores the rest of a link after a material without a name.
+        shapes += [Shape(solid.tag, _size(solid), colors.get(name, RED), _origin(visual))
+                   for solid in visual.findall('geometry/*') if solid.tag in SOLIDS]
+    return tuple(shapes)
+
+
+def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
+             ) -> tuple[Any, ...]:
+    """Return the numbers in an XML attribute, or raise ValueError if the text is invalid."""
+    text = element.get(attribute, default)
+    numbers = tuple(map(float, text.split()))
+    if len(numbers) != count or not is_drawable(*numbers):
+        raise ValueError(f'{attribute} of <{element.tag}> is {text!r}')
+    return numbers
+
+
+def _size(solid: ElementTree.Element) -> Vector:
+    if solid.tag == 'box':
+        return _numbers(solid, 'size', 3)
+    radius, = _numbers(solid, 'radius', 1)
+    height, = _numbers(solid, 'length', 1) if solid.tag == 'cylinder' else (2.0 * radius,)
+    return (2.0 * radius, 2.0 * radius, height)
+
+
+def _origin(visual: ElementTree.Element) -> Pose:
+    origin = visual.find('origin')
+    if origin is None:
+        return ORIGIN
+    return Pose(_numbers(origin, 'xyz', 3, '0 0 0'),
+                from_rpy(*_numbers(origin, 'rpy', 3, '0 0 0')))

@@ -1,0 +1,280 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Simulate the arena for the web page, which loads this module with Pyodide."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, replace
+import json
+import math
+from pkgutil import get_data
+from random import Random
+import re
+from types import SimpleNamespace
+from typing import Any
+from xml.etree.ElementTree import Element, fromstring, tostring
+
+from turtle_brick.core.catch_logic import State
+from turtle_brick.core.odometry import Odometer
+from turtle_brick.core.parameters import PARAMETER_RULES, ParameterRule, Parameters
+from turtle_brick.core.reachability import guaranteed_distance, resting_height
+from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TurtlePose
+from turtle_brick.physics import Phase
+from turtle_brick_tools.simulation import JITTER, Simulation
+
+ADJUSTABLE = ('max_velocity', 'gravity_accel', 'platform_radius', 'tilt_angle')
+"""Parameters with a slider."""
+
+MAX_HEIGHT = 10.0
+"""Maximum height (m) of the brick."""
+
+HINTS = {
+    Phase.FLOATING: 'The assignment requires that a brick that has left the platform floats.',
+    Phase.GROUNDED: 'The assignment requires that the brick is always inclined like the platform.'}
+"""Explanations of the phases in which the brick's behavior looks like a fault."""
+
+PLOT_TIME = 6.0
+"""Duration (s) of the plots."""
+
+XACRO = '{http://www.ros.org/wiki/xacro}'
+"""Namespace of the xacro tags."""
+
+
+class WebArena:
+    """One arena with a robot and a brick."""
+
+    def __init__(self) -> None:
+        data = json.loads(get_data('turtle_brick', 'robot.json') or '')
+        self.defaults, self.xacro = data['parameters'], data['xacro']
+        self.random = Random()
+        self.counts = {'caught': 0, 'refused': 0, 'missed': 0}
+        self.form: dict[str, str] = {}
+        self.placed = tuple(self.defaults['brick_start'])
+        self.start(Parameters.from_mapping(self.defaults), (ARENA_CENTER, ARENA_CENTER, 0.0))
+        # Browsers round slider limits, but `update` rejects values beyond the exact limits.
+        width = math.floor(100.0 * ARENA_SIZE) / 100.0
+        lowest = math.ceil(100.0 * resting_height(self.parameters)) / 100.0
+        tilt = PARAMETER_RULES['tilt_angle'].upper
+        self.rules = {
+            'x': ParameterRule('x of the brick', 'm', 0.0, width),
+            'y': ParameterRule('y of the brick', 'm', 0.0, width),
+            'z': ParameterRule('Height of the brick', 'm', lowest, MAX_HEIGHT),
+            'tilt': ParameterRule('Angle of the platform', 'rad', -tilt, tilt)}
+        for name in ADJUSTABLE:
+            rule = PARAMETER_RULES[name]
+            self.rules[name] = rule._replace(lower=self._valid_limit(name, rule.lower),
+                                             upper=self._valid_limit(name, rule.upper))
+
+    def _valid_limit(self, name: str, limit: float) -> float:
+        """Move a parameter's limit to the nearest value that the robot description accepts."""
+        valid, invalid, tried = self.defaults[name], limit, limit
+        for _ in range(10):
+            try:
+                expand_xacro(self.xacro, {**asdict(self.parameters), name: tried})
+            except ValueError:
+                invalid = tried
+            else:
+                valid = tried
+            tried = (valid + invalid) / 2.0
+        return valid
+
+    def start(self, parameters: Parameters, turtle: tuple[float, float, float]) -> None:
+        """Start a simulation with the turtle at x, y (m) and theta (rad)."""
+        self.urdf = expand_xacro(self.xacro, asdict(parameters))
+        self.parameters = parameters
+        self.simulation = Simulation(parameters, self.random.randrange(10 ** 6), JITTER, turtle)
+        self.simulation.after_step = self._after_step
+        self.odometer = Odometer(parameters.wheel_radius)
+        self._last_pose: TurtlePose | None = None
+        self._samples: list[tuple[float, float, float, float]] = []
+        self._released_at = -PLOT_TIME
+        self._target = 0.0
+        self.place(*self.placed)
+
+    def call(self, name: str, *arguments: str) -> str:
+        """Call a method, and return an empty string on success or the text of a ValueError."""
+        try:
+            getattr(self, name)(*arguments)
+        except ValueError as error:
+            return str(error)
+        return ''
+
+    def constants(self) -> str:
+        """Return the sliders (name, label, limits, value) and scene dimensions (m) as JSON."""
+        values = {**dict(zip('xyz', self.placed)), 'tilt': 0.0, **self.defaults}
+        sliders = [
+            (name, f'{rule.description} ({rule.unit})', rule.lower, rule.upper, values[name])
+            for name, rule in self.rules.items()]
+        return json.dumps({'sliders': sliders, 'size': ARENA_SIZE, 'height': MAX_HEIGHT,
+                           'brick': self.parameters.brick_size,
+                           'wall': self.parameters.wall_height})
+
+    def update(self, form: str) -> None:
+        """Apply all changes in an HTML form given as JSON, or none if a value is invalid."""
+        new = json.loads(form)
+        values = {name: rule.convert(name, _number(new[name]))
+                  for name, rule in self.rules.items()}
+        changed = {name for name, value in new.items() if value != self.form.get(name)}
+        self.form = new
+        if changed.intersection(ADJUSTABLE):
+            # The robot keeps its pose, and the brick returns to its last placed position.
+            self.start(replace(self.parameters, **{name: values[name] for name in ADJUSTABLE}),
+                       self.simulation.turtle.pose[:3])
+        if changed & {'x', 'y', 'z'}:
+            self.place(*(values[name] for name in 'xyz'))
+        if 'tilt' in changed:
+            self.simulation.tilt(values['tilt'])
+
+    def settings(self) -> str:
+        """Return the last applied values of the HTML form as JSON."""
+        return json.dumps(self.form)
+
+    def place(self, x: float, y: float, z: float) -> None:
+        """Place the brick at a point (m) in the world frame."""
+        self.simulation.world.brick = self.placed = (x, y, z)
+        self.simulation.decisions.clear()
+        self._release_at = math.inf
+        self._is_undecided = False
+
+    def drop(self, delay: float = 0.1) -> None:
+        """Drop the brick after a delay (s). If the brick has fallen, place it again first."""
+        world = self.simulation.world
+        if world.phase in (Phase.GROUNDED, Phase.FLOATING):
+            self.place(*self.placed)
+        if world.phase is not Phase.HOVERING:
+            world.release()  # Always raises ValueError.
+        self._release_at = self.simulation.time + delay
+
+    def advance(self, seconds: float) -> str:
+        """Simulate for a given duration (s), and return the scene as JSON."""
+        self._target += seconds
+        if self.simulation.time < self._target:
+            self.simulation.run(lambda: self.simulation.time >= self._target)
+        simulation, world = self.simulation, self.simulation.world
+        decision = simulation.decisions[-1][1] if simulation.decisions else None
+        warning = 'Unreachable' if decision and not decision.reachable else ''
+        counts = ', '.join(f'{count} {outcome}' for outcome, count in self.counts.items())
+        return json.dumps({
+            'robot': simulation.turtle.pose[:3],
+            'joints': {'stem_joint': simulation.driver.stem_angle,
+                       'wheel_joint': self.odometer.wheel_angle,
+                       'platform_joint': simulation.tilt_angle},
+            'brick': world.brick, 'orientation': world.orientation,
+            'guaranteed': max(guaranteed_distance(self.placed[2], self.parameters), 0.0),
+            'texts': {'drops': counts, 'brick_state': world.phase.value,
+                      'hint': HINTS.get(world.phase, ''),
+                      'catcher_state': simulation.catcher.state.value,
+                      'catcher_decision': decision.summary if decision else 'none yet',
+                      'unreachable': warning}})
+
+    def plots(self) -> str:
+        """Return an SVG plot of the brick's height and the robot's speeds during the last drop."""
+        fastest = self.parameters.max_velocity
+        lines = ''
+        for column, top, base, color in ((1, MAX_HEIGHT, 110, 'red'), (2, fastest, 230, 'gray'),
+                                         (3, fastest, 230, 'blue')):
+            points = ' '.join(
+                f'{400.0 * sample[0] / PLOT_TIME:.0f},{base - 90.0 * sample[column] / top:.1f}'
+                for sample in self._samples)
+            lines += f'<polyline points="{points}" fill="none" stroke="{color}"/>'
+        return f"""<svg viewBox="0 0 400 250" font-size="14">{lines}
+            <text y="14">height of the brick (red), 0 to {MAX_HEIGHT:g} m</text>
+            <text y="134">commanded (gray) and real (blue) speed, 0 to {fastest:g} m/s</text>
+            <text y="246">time since the release, 0 to {PLOT_TIME:g} s</text></svg>"""
+
+    def _after_step(self) -> None:
+        """Release or place the brick if due, and update the odometry, plots and drop counts."""
+        simulation, world, driver = self.simulation, self.simulation.world, self.simulation.driver
+        driver.predicts = 'last_pose' not in self.form
+        if driver.pose is not None and driver.pose is not self._last_pose:
+            self._last_pose = driver.pose
+            self.odometer.observe(self.simulation.time, driver.pose)
+            if (time := self.simulation.time - self._released_at) < PLOT_TIME:
+                self._samples.append((time, world.brick[2], math.hypot(*simulation.commanded),
+                                      driver.pose.linear_velocity))
+        if self.simulation.time >= self._release_at:
+            world.release()
+            self._release_at, self._released_at = math.inf, self.simulation.time
+            self._is_undecided, self._samples = True, []
+        elif self._is_undecided and world.phase is not Phase.FALLING:
+            self._is_undecided = False
+            accepted = any(decision.reachable for _, decision in simulation.decisions)
+            refused = 'missed' if accepted else 'refused'
+            self.counts['caught' if world.phase is Phase.RIDING else refused] += 1
+        elif ('random' in self.form and self._release_at == math.inf
+              and world.phase not in (Phase.FALLING, Phase.RIDING)
+              and simulation.catcher.state is State.WAITING):
+            low = resting_height(self.parameters) + 1.0
+            x, y = self.random.uniform(0.0, ARENA_SIZE), self.random.uniform(0.0, ARENA_SIZE)
+            self.place(x, y, self.random.uniform(low, MAX_HEIGHT))
+            self.drop(0.7)
+
+
+def _number(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:
+    """
+    Expand the properties, macros, conditions and expressions in xacro text, and return the URDF.
+
+    :raises ValueError: if the xacro text rejects the parameters by calling `xacro.fatal`
+    """
+    xacro = SimpleNamespace(arg=str, fatal=_refuse, load_yaml=lambda path: {
+        '/**': {'ros__parameters': parameters}})
+    robot = fromstring(text)
+    robot[:] = list(_expand_children(robot, {'math': math, 'xacro': xacro}))
+    return tostring(robot, encoding='unicode')
+
+
+def _refuse(reason: str) -> None:
+    raise ValueError(reason)
+
+
+def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element]:
+    """Yield the expanded children of an element, and add its properties to the scope."""
+    for child in parent:
+        attributes = {key: _evaluate(value, scope) for key, value in child.items()}
+        name = attributes.get('name', '')
+        if not child.tag.startswith(XACRO):
+            element = Element(child.tag, {key: str(value) for key, value in attributes.items()})
+            element.extend(list(_expand_children(child, scope)))
+            yield element
+        elif child.tag == f'{XACRO}property':
+            scope[name] = attributes['value']
+        elif child.tag == f'{XACRO}macro':
+            scope[f'{XACRO}{name}'] = child
+        elif child.tag in (f'{XACRO}if', f'{XACRO}unless'):
+            if bool(attributes['value']) == (child.tag == f'{XACRO}if'):
+                _evaluate((child.text or '').strip(), scope)
+                yield from _expand_children(child, scope)
+        elif child.tag == f'{XACRO}insert_block':
+            yield from scope[f'*{name}']
+        elif child.tag in scope:
+            macro, arguments = scope[child.tag], {}
+            for key, default in re.findall(r"(\*?\w+)(?::='(.*?)')?", macro.attrib['params']):
+                arguments[key] = (list(_expand_children(child, scope)) if key[0] == '*'
+                                  else attributes.get(key, default))
+            yield from _expand_children(macro, {**scope, **arguments})
+
+
+def _evaluate(text: str, scope: dict[str, Any]) -> Any:
+    """Evaluate the expressions in a string, and return the result as a number if possible."""
+    if whole := re.fullmatch(r'\${([^{}]*)}', text):
+        return eval(whole[1], scope)
+    value = re.sub(r'\${(.*?)}', lambda match: str(eval(match[1], scope)), text)
+    return json.loads(value) if re.fullmatch(r'-?\d+(\.\d+)?', value) else value
