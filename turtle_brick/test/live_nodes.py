@@ -71,7 +71,7 @@ class Recording:
 
     def rate(self) -> float:
         """
-        Return the publication rate (Hz) of all recorded messages.
+        Return how many messages per second (Hz) were published.
 
         On a busy machine, messages may be late but never early. The rate is therefore measured
         between the least delayed messages in the first third and in the last third.

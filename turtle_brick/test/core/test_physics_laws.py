@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test World with random input against closed-form solutions and turtle_graph.client.geometry."""
+"""Test World with random input against closed-form solutions."""
 
 from math import cos, floor, hypot, pi, sin, sqrt
 
@@ -20,10 +20,10 @@ from hypothesis import strategies as st
 from laws import law
 import numpy
 import pytest
+from rigid import distance_to_rectangle, Frame, matrix_of, turn
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
 from turtle_brick.physics import Phase, World
-from turtle_graph.client.geometry import distance_to_rectangle, Pose as Frame, pose as frame, turn
 
 GRAVITY = 9.81
 RADIUS = 0.5
@@ -59,7 +59,7 @@ def on_platform(place, *where):
 
 def turning_gap(quaternion, yaw, tilt, right):
     expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
-    return gap(frame((0.0, 0.0, 0.0), quaternion).axes, expected)
+    return gap(matrix_of(quaternion), expected)
 
 
 def gap(one, other):

@@ -157,7 +157,7 @@ def load(path: str | Path | None = None) -> Parameters:
 
     :raises ParameterError: if the file is unreadable or invalid (the message names the file)
     """
-    import yaml  # The page in web/ runs without PyYAML.
+    import yaml  # The web page runs without PyYAML.
     path = default_path() if path is None else path
     try:
         section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))

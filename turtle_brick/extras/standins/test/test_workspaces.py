@@ -37,7 +37,8 @@ def test_copyright():
 
 
 def test_a_workspace_is_built_tested_and_started(tmp_path, domain_id):
-    workspace = shutil.copytree(PACKAGE / 'extras/standins/test/workspaces/flat', tmp_path / 'workspace')
+    workspace = shutil.copytree(
+        Path(__file__).parent / 'workspaces' / 'flat', tmp_path / 'workspace')
     (workspace / 'turtle_brick/test').mkdir()
     (workspace / 'turtle_brick/test/test_copyright.py').write_text(COPYRIGHT)
 

@@ -32,8 +32,8 @@ KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}
     'yaml')}}
 """Rosdep keys that differ from the names of the imported modules."""
 
-NOT_IMPORTED = {'turtle_brick': {'launch_xml', 'ros2launch'}}
-"""Packages required by `ros2 launch` and XML launch files, but not imported by any module."""
+NOT_IMPORTED = {'turtle_brick': {'launch_xml', 'ros2launch', 'xacro'}}
+"""Packages that the launch files require, but that no module imports."""
 
 WITHOUT_KEY = {'viser', 'websockets'}
 """Modules without a usable rosdep key, installed as described in package.xml."""

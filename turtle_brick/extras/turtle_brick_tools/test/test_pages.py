@@ -47,14 +47,14 @@ NOT_RUN = {
     'rosdep install|pip install|npm install': 'it installs packages',
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'it would run this test',
     'source (install|/opt/ros/jazzy)/setup.bash': 'it belongs to another workspace',
-    '(python3 turtle_brick/scripts/|ros2 run turtle_brick )referee': 'it has its own tests',
-    'ros2 run turtle_brick benchmark': 'it takes minutes; test_benchmark.py runs it',
-    'ros2 run turtle_brick sweep': 'it takes minutes; test_sweep.py runs it',
+    '(python3 turtle_brick/scripts/|ros2 run turtle_graph )referee': 'it has its own tests',
+    'ros2 run turtle_brick_tools benchmark': 'it takes minutes; test_benchmark.py runs it',
+    'ros2 run turtle_brick_tools sweep': 'it takes minutes; test_sweep.py runs it',
     'python3 turtle_brick/scripts/record_rviz|ffmpeg ': 'it requires rviz2',
     'python3 turtle_brick/scripts/website --local': 'it requires npm; test_website.py runs it',
     'python3 -m http.server': 'it uses a fixed port',
     'ros2 run turtle_brick own_node': 'it requires a change of setup.py',
-    r'ros2 run turtle_brick lesson \w': 'it is part of the complete lesson',
+    r'ros2 run turtle_brick_tools lesson \w': 'it is part of the complete lesson',
 }
 """Patterns for commands that the test does not run, with reasons."""
 
@@ -62,7 +62,7 @@ ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
 LASTING = {
     'ros2 launch turtle_brick show_turtle': 'Robot initialized',
-    'ros2 run turtle_brick viewer': 'http://',
+    'ros2 run turtle_graph viewer': 'http://',
     'ros2 topic hz': 'average rate: ',
     'ros2 run tf2_ros tf2_echo': '- Matrix:',
     'python3 own_node.py': "'(caught|missed|unreachable)': 1",
@@ -77,7 +77,7 @@ SKIPPED = {}
 if os.environ.get('TURTLE_BRICK_ENVIRONMENT') != f'{ROOT}/.ros':
     SKIPPED['(source|bash) turtle_brick/scripts'] = 'env.bash has not been sourced'
 if find_spec('viser') is None:
-    SKIPPED['ros2 run turtle_brick viewer|bash turtle_brick/scripts/demo'] = 'viser is missing'
+    SKIPPED['ros2 run turtle_graph viewer|bash turtle_brick/scripts/demo'] = 'viser is missing'
 
 
 def blocks(page):

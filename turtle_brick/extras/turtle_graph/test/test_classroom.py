@@ -20,7 +20,7 @@ import re
 import signal
 import sys
 
-from live_graph import TIMEOUT
+from live_nodes import TIMEOUT
 import pytest
 from turtle_graph.client.processes import explain_missing, launch_error, Process
 from turtle_graph.referee import classroom, referee

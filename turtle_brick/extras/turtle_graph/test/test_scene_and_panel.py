@@ -20,9 +20,8 @@ from types import SimpleNamespace
 
 import numpy
 import pytest
-from turtle_brick.core.geometry import from_yaw, Pose
 from turtle_graph.view.camera import NEAR_VIEW, TOP_VIEW
-from turtle_graph.view.shapes import ORIGIN, SceneObject, Shape
+from turtle_graph.view.shapes import from_rpy, ORIGIN, Pose, SceneObject, Shape
 
 # A module-level skip would make the launch_testing plugin skip other modules too.
 if find_spec('viser') is not None:
@@ -49,17 +48,18 @@ def test_objects_are_added_moved_changed_and_removed(page):
         return page.viser.scene.get_handle_by_name(f'/objects/{path}')
 
     scene = Scene(page.viser)
-    shapes = tuple(Shape(kind, (1.0, 2.0, 3.0), RED, Pose((1.0, 0.0, 0.0), from_yaw(1.0)))
+    turned = Pose((1.0, 0.0, 0.0), from_rpy(0.0, 0.0, 1.0))
+    shapes = tuple(Shape(kind, (1.0, 2.0, 3.0), RED, turned)
                    for kind in ('box', 'cylinder', 'sphere'))
     points = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 2.0, 0.0))
     shapes += (Shape('text', (0.5, 0.5, 0.25), RED, text='<b>text</b>'),
                Shape('line', (0.05, 0.0, 0.0), RED, points=points), Shape('line', points[0], RED))
     for position, yaw in (((0.0, 0.0, 0.0), 0.0), ((1.0, 2.0, 3.0), 0.5)):
         before = node('0')
-        scene.show({'a/b': SceneObject(shapes, Pose(position, from_yaw(yaw)))})
+        scene.show({'a/b': SceneObject(shapes, Pose(position, from_rpy(0.0, 0.0, yaw)))})
         first = node('0')
         assert before in (None, first), 'the node is moved and not replaced'
-        x, y, z, w = from_yaw(yaw)
+        x, y, z, w = from_rpy(0.0, 0.0, yaw)
         assert tuple(first.position) == position and tuple(first.wxyz) == (w, x, y, z)
     parts = [node(f'0/{number}') for number in range(len(shapes))]
     assert (parts[3].text, parts[3].font_scene_height) == ('<b>text</b>', 0.25)
@@ -68,7 +68,7 @@ def test_objects_are_added_moved_changed_and_removed(page):
                                         [list(points[1]), list(points[2])]]
     assert parts[5].points.tolist() == []
     assert all(part.scale == (1.0, 2.0, 3.0) for part in parts[:3])
-    x, y, z, w = from_yaw(1.0)
+    x, y, z, w = from_rpy(0.0, 0.0, 1.0)
     assert all(tuple(part.wxyz) == pytest.approx((w, x, y, z)) for part in parts[:3])
     assert parts[0].color == (255, 0, 0) and parts[0].opacity is None
     box = shapes[0]._replace(color=(0.0, 2.0, 0.5, 0.25))

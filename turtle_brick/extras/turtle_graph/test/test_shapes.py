@@ -19,9 +19,9 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
+from rigid import matrix_of
 from std_msgs.msg import ColorRGBA, Header
-from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, multiply, rotate
-from turtle_brick.core.time_steps import NS_PER_SECOND
+from turtle_graph.client.record import NS_PER_SECOND
 from turtle_graph.view.shapes import from_rpy, Markers, ORIGIN, RED, robot_shapes, shape_of
 from visualization_msgs.msg import Marker
 
@@ -59,7 +59,7 @@ def test_shapes_are_read_from_the_robot_description():
     (box, sphere), (cylinder,), () = (robot.links[name] for name in ('root', 'tip', 'bare'))
     assert (box.kind, box.size, box.color) == ('box', (0.5, 0.25, 2.0), (0.1, 0.2, 0.3, 0.4))
     assert box.pose.position == (1.0, 2.0, 3.0)
-    assert rotate(box.pose.orientation, (1.0, 0.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0))
+    assert tuple(matrix_of(box.pose.orientation)[:, 0]) == pytest.approx((0.0, 1.0, 0.0))
     assert (sphere.kind, sphere.size) == ('sphere', (1.0, 1.0, 1.0))
     assert sphere.color == (1.0, 0.0, 0.0, 1.0)
     assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), RED)
@@ -113,7 +113,7 @@ def test_marker_is_shown_until_it_is_deleted_or_expires():
 
 
 def test_shape_has_kind_size_color_pose_and_text_of_the_marker():
-    quaternion = multiply(from_yaw(0.3), from_pitch(0.4))
+    quaternion = from_rpy(0.0, 0.4, 0.3)
     message = Marker(scale=Vector3(x=1.0, y=2.0, z=3.0), text='Hi')
     message.color.r, message.color.a, message.pose.position.y = 0.5, 0.25, 6.0
     message.points = [Point(x=1.0), Point(y=2.0)]
@@ -128,7 +128,7 @@ def test_shape_has_kind_size_color_pose_and_text_of_the_marker():
         assert shape.pose.position == (0.0, 6.0, 0.0)
         assert shape.pose.orientation == pytest.approx(quaternion)
     message.pose.orientation = Quaternion(w=0.0)
-    assert shape_of(message).pose.orientation == IDENTITY, 'rviz2 draws such a marker too'
+    assert shape_of(message).pose.orientation == ORIGIN.orientation, 'as in rviz2'
 
 
 @pytest.mark.parametrize(('fields', 'reason'), [
@@ -149,4 +149,5 @@ def test_from_rpy_rotates_about_the_fixed_axes_x_y_and_z(roll, pitch, yaw, point
     y, z = cos(roll) * y - sin(roll) * z, sin(roll) * y + cos(roll) * z
     x, z = cos(pitch) * x + sin(pitch) * z, -sin(pitch) * x + cos(pitch) * z
     x, y = cos(yaw) * x - sin(yaw) * y, sin(yaw) * x + cos(yaw) * y
-    assert rotate(from_rpy(roll, pitch, yaw), point) == pytest.approx((x, y, z), abs=1e-12)
+    turned = tuple(matrix_of(from_rpy(roll, pitch, yaw)) @ point)
+    assert turned == pytest.approx((x, y, z), abs=1e-12)

@@ -33,6 +33,7 @@ import xacro
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[3]
+WEBSITE = Path(__file__).resolve().parents[1]
 BUILD = [sys.executable, '-I', PACKAGE / 'scripts/website']
 ISOLATED = [sys.executable, '-I', '-S']  # Do not import from site-packages.
 CATCH = """
@@ -95,7 +96,7 @@ def page(chromium: Chromium, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     if shutil.which('npm') is None:
         pytest.skip('npm is not installed. Run: apt-get install npm')
     folder = tmp_path_factory.mktemp('web')
-    libraries = set(re.findall(r'npm/(.+?@.+?)/', (PACKAGE / 'extras/website/index.html').read_text()))
+    libraries = set(re.findall(r'npm/(.+?@.+?)/', (WEBSITE / 'index.html').read_text()))
     pack = ['npm', 'pack', '--fetch-retries=0', '--fetch-timeout=20000', *libraries]
     if subprocess.run(pack, cwd=folder, capture_output=True, timeout=TIMEOUT).returncode != 0:
         pytest.skip(f'npm cannot download {" and ".join(libraries)}')

@@ -19,7 +19,7 @@ the measured and expected results for each requirement of the assignment, and ma
 as met, failed or open. An open requirement could not be judged. To let the referee start and stop
 the graph, pass the launch command after "--":
 
-    ros2 run turtle_brick referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
+    ros2 run turtle_graph referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
 The exit status is 0 if no requirement failed, 1 if at least one failed, and 2 if no requirement
 was judged.
