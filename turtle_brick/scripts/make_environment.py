@@ -84,6 +84,7 @@ SHARED_FILES = {'joint_state_publisher': ('graph_client/run_node.py', 'graph_vie
                 'robot_state_publisher': ('graph_client/run_node.py',),
                 'rviz2': ('graph_client/*.py', 'graph_view/*.py'),
                 'turtlesim': ('graph_client/run_node.py',
+                              'turtle_brick/core/turtlesim_arena.py',
                               'turtle_brick/core/turtlesim_kinematics.py')}
 """Source files that a stand-in installs from outside its own folder."""
 

@@ -51,7 +51,7 @@ from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Color, Pose, Vector
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE, within_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters

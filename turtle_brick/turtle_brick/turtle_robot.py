@@ -56,7 +56,7 @@ from turtle_brick.core.driving import COMMAND_PERIOD, Driver
 from turtle_brick.core.geometry import from_yaw, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.time_steps import NS_PER_SECOND, StepClock
-from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
+from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
 from turtle_brick.ros.node_main import init, spin
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, ODOM, set_transform, transform_message,

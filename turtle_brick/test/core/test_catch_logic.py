@@ -30,7 +30,7 @@ from turtle_brick.core.catch_logic import (Catcher, CENTER, DriveGoal, GOAL_TOLE
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.turtlesim_kinematics import within_arena
+from turtle_brick.core.turtlesim_arena import within_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 
 

@@ -23,7 +23,7 @@ from laws import law, PARAMETERS
 import pytest
 from turtle_brick.core.driving import (BRAKING_TIME, COMMAND_DELAY, COMMAND_PERIOD, Driver,
                                        POSE_TIMEOUT)
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, TICK, TurtlePose, within_arena
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE, TICK, TurtlePose, within_arena
 from turtle_brick.tools.simulation import Delays, JITTER, Simulation
 
 

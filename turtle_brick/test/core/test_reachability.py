@@ -27,7 +27,7 @@ from turtle_brick.core.reachability import (decide_reachability, DETECTION_TIME,
                                             fall_time, guaranteed_distance, resting_height,
                                             time_needed)
 from turtle_brick.core.robot_tracking import RobotState
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 
 LATENCY = PARAMETERS.command_latency
 

@@ -25,7 +25,7 @@ from std_msgs.msg import String
 from turtle_brick.arena import MARKER_PERIOD
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply
 from turtle_brick.core.time_steps import NS_PER_SECOND, SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP_NS
 from turtle_brick.ros.tf import MAX_AGE_NS
 from turtle_brick.ros.times import nanoseconds_of

@@ -32,7 +32,7 @@ from turtle_brick.core.reachability import decide_reachability, Decision, restin
 from turtle_brick.core.robot_tracking import RobotTracker
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, within_arena
+from turtle_brick.core.turtlesim_arena import ARENA_CENTER, within_arena
 
 UPDATE_PERIOD = 0.02
 """Update period (s) of the catcher. Each new fall triggers an additional update."""

@@ -29,7 +29,7 @@ All times (s), including those passed by the caller, come from the same monotoni
 from collections import deque
 from math import atan2, cos, hypot, log, sin
 
-from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
+from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
 
 COMMAND_PERIOD = 0.010
 """Interval (s) between commands on cmd_vel."""

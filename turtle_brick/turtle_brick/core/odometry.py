@@ -24,7 +24,7 @@ hits a wall or a pose message is lost. A teleport does not turn the wheel.
 from math import hypot
 
 from turtle_brick.core.geometry import Pose2D
-from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
+from turtle_brick.core.turtlesim_arena import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
 """Minimum distance (m) between two poses that cannot be a float32 rounding error."""

@@ -39,7 +39,7 @@ from turtle_brick.core.driving import braking_loss
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.robot_tracking import RobotState
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import within_arena
+from turtle_brick.core.turtlesim_arena import within_arena
 
 DETECTION_TIME = 0.02
 """Maximum time (s) from the release of a brick to the catcher's decision. The catcher detects
