@@ -53,7 +53,7 @@ from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE, within_arena
 from turtle_brick.physics import Phase, STEP_NS, World
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_main import run_node
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent_pose,
                                  transform_message, WORLD)
@@ -243,8 +243,7 @@ def wall_markers(size: float, height: float) -> MarkerArray:
 
 def main(args: list[str] | None = None) -> None:
     """Run the arena until Ctrl-C or SIGTERM."""
-    with init(args):
-        spin(Arena())
+    run_node(Arena, args)
 
 
 if __name__ == '__main__':

@@ -47,7 +47,7 @@ from turtle_brick.core.catch_logic import Action, Catcher, DriveGoal, TiltComman
 from turtle_brick.core.geometry import Color
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_main import run_node
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest_transform, PLATFORM,
                                  pose_of, recent_transform, WORLD)
@@ -194,8 +194,7 @@ class CatcherNode(Node):
 
 def main(args: list[str] | None = None) -> None:
     """Run the catcher until Ctrl-C or SIGTERM."""
-    with init(args):
-        spin(CatcherNode())
+    run_node(CatcherNode, args)
 
 
 if __name__ == '__main__':

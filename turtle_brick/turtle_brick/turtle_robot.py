@@ -57,7 +57,7 @@ from turtle_brick.core.geometry import from_yaw, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.time_steps import NS_PER_SECOND, StepClock
 from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_main import run_node
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, ODOM, set_transform, transform_message,
                                  WARNING_PERIOD, WORLD)
@@ -218,8 +218,7 @@ def upright(pose: Pose2D) -> Pose:
 
 def main(args: list[str] | None = None) -> None:
     """Run turtle_robot until Ctrl-C or SIGTERM."""
-    with init(args):
-        spin(TurtleRobot())
+    run_node(TurtleRobot, args)
 
 
 if __name__ == '__main__':
