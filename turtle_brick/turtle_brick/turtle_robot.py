@@ -38,8 +38,9 @@ Subscribes:
         the orientation is ignored because the robot is omnidirectional
     tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform about its y axis
 
-Parameters, read-only:
-    all parameters in config/turtle.yaml; turtle_robot uses max_velocity and wheel_radius
+Parameters, read-only (turtle_robot declares all parameters in config/turtle.yaml and uses these):
+    max_velocity (float, m/s): maximum translational speed of the robot
+    wheel_radius (float, m): radius of the wheel, which determines the angle of its joint
 """
 
 from math import isfinite, pi
