@@ -29,10 +29,10 @@ from laws import PARAMETERS
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import default_path, Parameters
-from turtle_brick.core.reachability import guaranteed_distance
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
 from turtle_brick.tools import simulation, sweep
-from turtle_brick.tools.simulation import guaranteed_distance_to, simulate_drop, trace
+from turtle_brick.tools.simulation import (guaranteed_distance, guaranteed_distance_to,
+                                           simulate_drop, trace)
 import yaml
 
 PLAN = sweep.Plan(grid=False, count=24, heights=(2.0, 9.0), seed=5)

@@ -45,12 +45,12 @@ from graph_client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 from rclpy.node import Node
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, Parameters
-from turtle_brick.core.reachability import guaranteed_distance, resting_height
+from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.physics import World
 from turtle_brick.tools import positive_int
 from turtle_brick.tools.graph import Graph
-from turtle_brick.tools.simulation import guaranteed_distance_to
+from turtle_brick.tools.simulation import guaranteed_distance, guaranteed_distance_to
 
 START_TIMEOUT = 30.0
 """Timeout (s) for starting the graph."""
