@@ -83,7 +83,8 @@ NOT_BUILT = ('doc', 'extras', 'media', 'scripts', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
-SHARED_FILES = {'turtlesim': ('turtle_brick/core/turtlesim_kinematics.py',)}
+SHARED_FILES = {'turtlesim': ('turtle_brick/core/turtlesim_arena.py',
+                              'turtle_brick/core/turtlesim_kinematics.py')}
 """Source files of the package turtle_brick that a stand-in also installs."""
 
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),

@@ -97,9 +97,10 @@ class SteppedGraph:
         if transforms:
             self.send_transforms(transforms)
             self.arena.publish_changes()
+            self.arena.log_gap(self.now)
         if updates:
             for catcher in self.catchers:
-                catcher.update()
+                catcher.update(self.now)
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * NS_PER_SECOND / TICK_NS)):

@@ -35,11 +35,16 @@ Services:
 Subscribes:
     /tf, /tf_static: pose of the platform
 
-Parameters, read-only:
-    all parameters in config/turtle.yaml; the arena uses gravity_accel, platform_radius,
-    platform_thickness, brick_size, brick_start and wall_height
+Parameters, read-only (the arena declares all parameters in config/turtle.yaml and uses these):
+    gravity_accel (float, m/s^2): acceleration of a falling or sliding brick
+    platform_radius (float, m): distance from the platform's axis within which a brick lands
+    platform_thickness (float, m): distance from the origin of the platform frame to its top
+    brick_size (three floats, m): length, width and height of the brick
+    brick_start (three floats, m): initial location of the brick's center in the world frame
+    wall_height (float, m): height of the walls
 """
 
+from time import monotonic_ns
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -51,15 +56,25 @@ from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Color, Pose, Vector
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE, within_arena
 from turtle_brick.physics import Phase, STEP_NS, World
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_main import run_node
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent_pose,
                                  transform_message, WORLD)
 from turtle_brick.ros.times import due_time
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
+
+LOOKAHEAD_NS = STEP_NS
+"""Time (ns) by which a riding brick is simulated ahead of the clock, so that its latest transform
+is never older than the latest transform of the platform."""
+
+GAP_WARNING_PERIOD = 60.0
+"""Minimum time (s) between two warnings about physics steps that were not executed."""
+
+CLOCK_TOLERANCE_NS = 100_000_000
+"""Maximum change (ns) of the clock relative to a monotonic clock unless the clock was set."""
 
 MARKER_PERIOD = 1.0
 """Interval (s) for republishing the brick marker, which rviz2 ignores in an unknown frame."""
@@ -89,8 +104,10 @@ class Arena(Node):
         self.phase = self.world.phase
         """Phase last published on `brick_state`."""
         self.step_clock = StepClock(STEP_NS)
-        self.just_released = False
-        """Whether the `drop` service has released the brick since the latest physics step."""
+        self.clock_offset = 0
+        """Offset (ns) between the clock and a monotonic clock at the latest step."""
+        self.holds_released_brick = False
+        """Whether the brick must not move in the next steps because `drop` has not responded."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -134,7 +151,7 @@ class Arena(Node):
         else:
             response.success = True
             response.message = 'the brick falls from ({:g}, {:g}, {:g})'.format(*self.world.brick)
-            self.just_released = True
+            self.holds_released_brick = True
         return response
 
     def on_timer(self) -> None:
@@ -146,6 +163,7 @@ class Arena(Node):
         if transforms:
             self.tf_broadcaster.sendTransform(transforms)
             self.publish_changes()
+            self.log_gap(now)
 
     def advance(self, now: int, start: int) -> list[TransformStamped]:
         """
@@ -153,19 +171,16 @@ class Arena(Node):
 
         :param start: time (ns) of the first step, used only when the step clock (re)starts
         """
-        # A brick on the platform is simulated one step ahead so that its latest transform is never
-        # older than the latest transform of the platform.
-        ahead = STEP_NS if self.world.phase is Phase.RIDING else 0
+        ahead = LOOKAHEAD_NS if self.world.phase is Phase.RIDING else 0
         transforms = []
         for time in self.step_clock.due(now + ahead, start):
             pose = recent_pose(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose) if pose else None
-            # A new fall begins in the next call, so that `drop` responds before the brick moves.
-            if not self.just_released:
+            if not self.holds_released_brick:
                 self.world.step()
             transforms.append(self.brick_transform(time))
         if transforms:
-            self.just_released = False
+            self.holds_released_brick = False
         return transforms
 
     def brick_transform(self, time: int) -> TransformStamped:
@@ -177,17 +192,27 @@ class Arena(Node):
             WORLD, BRICK, Pose(self.world.brick, self.world.orientation), stamp)
 
     def publish_changes(self) -> None:
-        """Publish the brick's state and marker if the state changed, and log any clock jump."""
-        if self.step_clock.jump:
-            self.get_logger().warning(
-                f'The clock jumped by {self.step_clock.jump * SECONDS_PER_NS:+.3g} s, or this '
-                'node was stopped. The simulation continues from the current time.')
+        """Publish the brick's state and marker if the state changed."""
         if self.world.phase is not self.phase:
             self.phase = self.world.phase
             self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
                 self.phase.value, *self.world.brick))
             self.publish_marker()
             self.publish_state()
+
+    def log_gap(self, now: int) -> None:
+        """Log whether the clock or an overloaded machine caused a gap in the physics steps."""
+        last_offset, self.clock_offset = self.clock_offset, now - monotonic_ns()
+        if not self.step_clock.jump:
+            return
+        change, gap = self.clock_offset - last_offset, self.step_clock.jump * SECONDS_PER_NS
+        reason = (
+            f'The clock was set by {change * SECONDS_PER_NS:+.3g} s.'
+            if abs(change) > CLOCK_TOLERANCE_NS else
+            f'The machine is overloaded or this node was stopped, because the last physics step '
+            f'was {gap:.3g} s ago.')
+        self.get_logger().warning(f'{reason} The simulation continues from the current time.',
+                                  throttle_duration_sec=GAP_WARNING_PERIOD)
 
     def publish_marker(self) -> None:
         """Publish the marker of the brick."""
@@ -243,8 +268,7 @@ def wall_markers(size: float, height: float) -> MarkerArray:
 
 def main(args: list[str] | None = None) -> None:
     """Run the arena until Ctrl-C or SIGTERM."""
-    with init(args):
-        spin(Arena())
+    run_node(Arena, args)
 
 
 if __name__ == '__main__':

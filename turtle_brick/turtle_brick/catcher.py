@@ -31,9 +31,14 @@ Subscribes:
 The nodes can run on several machines if command_latency covers the network delays and the clocks
 are synchronized, for example with chrony.
 
-Parameters, read-only:
-    all parameters in config/turtle.yaml; the catcher uses max_velocity, command_latency,
-    platform_height, platform_radius, gravity_accel, brick_size and tilt_angle
+Parameters, read-only (the catcher declares all parameters in config/turtle.yaml and uses these):
+    max_velocity (float, m/s): maximum translational speed of the robot
+    command_latency (float, s): maximum time from a decision to the first motion of the robot
+    platform_height (float, m): height of the level platform's top above the ground
+    platform_radius (float, m): distance from the platform's axis within which a brick lands
+    gravity_accel (float, m/s^2): acceleration of a falling brick
+    brick_size (three floats, m): length, width and height of the brick; only the height is used
+    tilt_angle (float, rad): angle of the platform for tipping off a brick
 """
 
 from typing import Any
@@ -41,13 +46,14 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_ros import Buffer
-from turtle_brick.core.catch_logic import Action, Catcher, DriveGoal, TiltCommand, UPDATE_PERIOD
+from turtle_brick.core.catch_logic import Catcher, UPDATE_PERIOD
 from turtle_brick.core.geometry import Color
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_main import run_node
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest_transform, PLATFORM,
                                  pose_of, recent_transform, WORLD)
@@ -86,9 +92,13 @@ class CatcherNode(Node):
         self.state_publisher = self.create_publisher(String, 'catcher_state', LATCHED)
         self.decision_publisher = self.create_publisher(String, 'catcher_decision', LATCHED)
         self.publish_state()
-        self.create_timer(UPDATE_PERIOD, self.update)
+        self.create_timer(UPDATE_PERIOD, self.on_timer)
 
-    def on_transform(self, transform: TransformStamped) -> None:
+    def on_timer(self) -> None:
+        """Update the catcher."""
+        self.update(self.get_clock().now().nanoseconds)
+
+    def on_transform(self, transform: TransformStamped, now: int) -> None:
         """Record a transform of the brick, and update the catcher if a fall begins."""
         if transform.child_frame_id != BRICK:
             return
@@ -101,28 +111,37 @@ class CatcherNode(Node):
             position = pose_of(world_to_parent.transform).transform(position)
         self.catcher.brick.observe(
             nanoseconds_of(transform.header.stamp), position, is_attached=parent == PLATFORM)
-        if self.catcher.undecided_fall is not None:
-            self.update()
+        if self.catcher.is_update_due(now):
+            self.update(now)
 
-    def update(self) -> None:
-        """Update the catcher, and publish its state, decisions and commands."""
-        now = self.get_clock().now().nanoseconds
-        state = self.catcher.state
-        transform = recent_transform(self.tf_buffer, PLATFORM, now)
-        if transform is None or not self.has_subscribers():
-            actions = self.catcher.update(now, None)
-        else:
-            actions = self.catcher.update(now, Platform(pose_of(transform.transform)),
-                                          nanoseconds_of(transform.header.stamp))
-        if self.catcher.state is not state:
+    def update(self, now: int) -> None:
+        """Update the catcher at `now` (ns), and publish its commands, state and decision."""
+        self.observe_robot(now)
+        catcher, state, decision = self.catcher, self.catcher.state, self.catcher.decision
+        commands = catcher.update(now)
+        if commands.goal is not None:
+            self.publish_goal(*commands.goal, now)
+        if commands.tilt_angle is not None:
+            self.tilt_publisher.publish(Tilt(angle=commands.tilt_angle))
+        if catcher.state is not state:
             self.publish_state()
-            self.get_logger().info(f'The state is now {self.catcher.state.value}')
-        for action in actions:
-            self.publish_action(action)
+        if catcher.decision is not None and catcher.decision is not decision:
+            self.publish_decision(catcher.decision, now)
+        if catcher.state is not state:
+            self.get_logger().info(f'The state is now {catcher.state.value}')
+        if catcher.robot.response_time:
+            self.warn_of_late_robot(catcher.robot.response_time)
         if not self.is_complete:
             self.log_missing()
-        if self.catcher.robot.response_time:
-            self.warn_of_late_robot(self.catcher.robot.response_time)
+
+    def observe_robot(self, now: int) -> None:
+        """Record the latest transform of the platform, or None if the robot is unavailable."""
+        transform = recent_transform(self.tf_buffer, PLATFORM, now)
+        if transform is None or not self.has_subscribers():
+            self.catcher.robot.observe(now, None)
+        else:
+            self.catcher.robot.observe(nanoseconds_of(transform.header.stamp),
+                                       Platform(pose_of(transform.transform)))
 
     def warn_of_late_robot(self, time: float) -> None:
         """Log once that the response time (s) of the robot exceeded command_latency."""
@@ -136,20 +155,11 @@ class CatcherNode(Node):
         return (self.goal_publisher.get_subscription_count() > 0
                 and self.tilt_publisher.get_subscription_count() > 0)
 
-    def publish_action(self, action: Action) -> None:
-        """Publish a goal, a tilt command or a decision."""
-        if isinstance(action, DriveGoal):
-            self.publish_goal(action.x, action.y)
-        elif isinstance(action, TiltCommand):
-            self.tilt_publisher.publish(Tilt(angle=action.angle))
-        else:
-            self.publish_decision(action)
-
-    def publish_goal(self, x: float, y: float) -> None:
-        """Publish a goal (m) in the world frame."""
+    def publish_goal(self, x: float, y: float, now: int) -> None:
+        """Publish a goal (m) in the world frame, stamped with `now` (ns)."""
         goal = PoseStamped()
         goal.header.frame_id = WORLD
-        goal.header.stamp = self.get_clock().now().to_msg()
+        goal.header.stamp = Time(nanoseconds=now).to_msg()
         goal.pose.position.x, goal.pose.position.y = x, y
         self.goal_publisher.publish(goal)
 
@@ -157,20 +167,20 @@ class CatcherNode(Node):
         """Publish the current state."""
         self.state_publisher.publish(String(data=self.catcher.state.value))
 
-    def publish_decision(self, decision: Decision) -> None:
+    def publish_decision(self, decision: Decision, now: int) -> None:
         """Publish and log a decision, and show "Unreachable" if the brick is unreachable."""
         self.decision_publisher.publish(String(data=decision.summary))
+        if not decision.reachable:
+            self.publish_marker(decision, now)
         self.get_logger().info(f'The brick at ({decision.fall.x:.4g}, {decision.fall.y:.4g}) is '
                                f'{decision.summary}')
-        if not decision.reachable:
-            self.publish_marker(decision)
 
-    def publish_marker(self, decision: Decision) -> None:
+    def publish_marker(self, decision: Decision, now: int) -> None:
         """Show the text "Unreachable" above the brick."""
         marker = Marker(ns='catcher', type=Marker.TEXT_VIEW_FACING, action=Marker.ADD,
                         text='Unreachable')
         marker.header.frame_id = WORLD
-        marker.header.stamp = self.get_clock().now().to_msg()
+        marker.header.stamp = Time(nanoseconds=now).to_msg()
         x, y, z = decision.fall.position
         marker.pose.position.x, marker.pose.position.y = x, y
         marker.pose.position.z = z + TEXT_HEIGHT
@@ -194,8 +204,7 @@ class CatcherNode(Node):
 
 def main(args: list[str] | None = None) -> None:
     """Run the catcher until Ctrl-C or SIGTERM."""
-    with init(args):
-        spin(CatcherNode())
+    run_node(CatcherNode, args)
 
 
 if __name__ == '__main__':

@@ -34,12 +34,12 @@ the assignment requires the brick's trailing edge to clear the platform.
 """
 
 from enum import Enum
-from math import hypot, isfinite
+from math import isfinite
 
-from turtle_brick.core.geometry import (distance_to_rectangle, from_yaw, MAX_COORDINATE, multiply,
-                                        Pose, Quaternion, Vector)
+from turtle_brick.core.geometry import (from_yaw, MAX_COORDINATE, multiply, Pose, Pose2D,
+                                        Quaternion, Vector)
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.tilting_platform import Platform
+from turtle_brick.core.tilting_platform import Platform, PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 STEP_NS = 4_000_000
@@ -85,7 +85,7 @@ class World:
 
         """
         self._gravity = gravity
-        self._radius = radius
+        self._shape = PlatformShape(radius)
         self._dt = dt
 
         self.size: Vector = (0.0, 0.0, 0.0)
@@ -102,12 +102,10 @@ class World:
         self._steps_fallen = 0
         """Number of steps since the start of the fall."""
 
-        self._slide_position: tuple[float, float] = (0.0, 0.0)
-        """Position (x and y in m) of a riding brick in the platform frame."""
+        self._place = Pose2D(0.0, 0.0, 0.0)
+        """Pose of a riding brick relative to the platform, with the yaw relative to its hinge."""
         self._slide_velocity: tuple[float, float] = (0.0, 0.0)
         """Velocity (x and y in m/s) of a riding brick in the platform frame."""
-        self._relative_yaw = 0.0
-        """Yaw (rad) of a riding brick relative to the yaw of the platform's hinge."""
         self.brick = brick
 
     @classmethod
@@ -186,8 +184,8 @@ class World:
         """Get the brick's pose in the platform frame, or None if the brick is not riding."""
         if self._phase is not Phase.RIDING or self._platform is None:
             return None
-        x, y = self._slide_position
-        return Pose((x, y, self.thickness + self._half_height), from_yaw(self._relative_yaw))
+        x, y, yaw = self._place
+        return Pose((x, y, self.thickness + self._half_height), from_yaw(yaw))
 
     def release(self) -> None:
         """
@@ -222,50 +220,46 @@ class World:
         self._steps_fallen += 1
         time = self._steps_fallen * self._dt
         z = self._release_height - 0.5 * self._gravity * time * time
-        if self._platform is not None and self._lands_on(self._platform, previous_z, z):
-            self._land(self._platform)
+        if self._platform is not None and self._land(self._platform, previous_z, z):
             return
         if z <= self._half_height:
             z = self._half_height
             self._phase = Phase.GROUNDED
         self._brick = (x, y, z)
 
-    def _lands_on(self, platform: Platform, previous_z: float, z: float) -> bool:
-        if not platform.is_level:
-            return False
-        top_x, top_y, top_z = platform.pose.transform((0.0, 0.0, self.thickness))
-        resting_z = top_z + self._half_height
-        distance = hypot(self._brick[0] - top_x, self._brick[1] - top_y)
-        return (previous_z >= resting_z - CONTACT_TOLERANCE and z < resting_z
-                and distance <= self._radius)
-
-    def _land(self, platform: Platform) -> None:
-        x, y, _ = self._brick
+    def _land(self, platform: Platform, previous_z: float, z: float) -> bool:
+        """Land the brick if it reaches the platform's top, and return whether it has landed."""
         top_z = platform.pose.transform((0.0, 0.0, self.thickness))[2]
-        self._slide_position = platform.coordinates_of((x, y, top_z))
+        resting_z = top_z + self._half_height
+        if not (platform.is_level and previous_z >= resting_z - CONTACT_TOLERANCE
+                and z < resting_z):
+            return False
+        x, y = platform.coordinates_of((*self._brick[:2], top_z))
+        if not self._shape.contains(x, y):
+            return False
+        self._place = Pose2D(x, y, self._yaw - platform.hinge_yaw)
         self._slide_velocity = (0.0, 0.0)
-        self._relative_yaw = self._yaw - platform.hinge_yaw
         self._phase = Phase.RIDING
         self._follow(platform)
+        return True
 
     def _slide(self, platform: Platform) -> None:
         axis_x, axis_y, normal = platform.axes
-        x, y = before = self._slide_position
+        before = x, y, yaw = self._place
         velocity_x, velocity_y = self._slide_velocity
         gravity_x = -self._gravity * axis_x[2]
         gravity_y = -self._gravity * axis_y[2]
         dt = self._dt
-        self._slide_position = (x + velocity_x * dt + 0.5 * gravity_x * dt * dt,
-                                y + velocity_y * dt + 0.5 * gravity_y * dt * dt)
+        self._place = Pose2D(x + velocity_x * dt + 0.5 * gravity_x * dt * dt,
+                             y + velocity_y * dt + 0.5 * gravity_y * dt * dt, yaw)
         self._slide_velocity = (velocity_x + gravity_x * dt, velocity_y + gravity_y * dt)
         self._follow(platform)
-        has_moved = self._slide_position != before
-        is_beside = self._radius < distance_to_rectangle(
-            *self._slide_position, self._relative_yaw, *self.size[:2])
-        if normal[2] <= MIN_NORMAL_Z or (has_moved and is_beside):
+        has_slid_off = self._place != before and self._shape.is_clear_of(
+            *self._place, *self.size[:2])
+        if has_slid_off or normal[2] <= MIN_NORMAL_Z:
             self._phase = Phase.FLOATING
 
     def _follow(self, platform: Platform) -> None:
-        x, y = self._slide_position
+        x, y, yaw = self._place
         self._brick = platform.pose.transform((x, y, self.thickness + self._half_height))
-        self._yaw = platform.hinge_yaw + self._relative_yaw
+        self._yaw = platform.hinge_yaw + yaw

@@ -38,8 +38,9 @@ Subscribes:
         the orientation is ignored because the robot is omnidirectional
     tilt (turtle_brick_interfaces/Tilt): angle (rad) of the platform about its y axis
 
-Parameters, read-only:
-    all parameters in config/turtle.yaml; turtle_robot uses max_velocity and wheel_radius
+Parameters, read-only (turtle_robot declares all parameters in config/turtle.yaml and uses these):
+    max_velocity (float, m/s): maximum translational speed of the robot
+    wheel_radius (float, m): radius of the wheel, which determines the angle of its joint
 """
 
 from math import isfinite, pi
@@ -56,8 +57,8 @@ from turtle_brick.core.driving import COMMAND_PERIOD, Driver
 from turtle_brick.core.geometry import from_yaw, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.time_steps import NS_PER_SECOND, StepClock
-from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
+from turtle_brick.ros.node_main import run_node
 from turtle_brick.ros.node_parameters import declare_parameters
 from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, ODOM, set_transform, transform_message,
                                  WARNING_PERIOD, WORLD)
@@ -218,8 +219,7 @@ def upright(pose: Pose2D) -> Pose:
 
 def main(args: list[str] | None = None) -> None:
     """Run turtle_robot until Ctrl-C or SIGTERM."""
-    with init(args):
-        spin(TurtleRobot())
+    run_node(TurtleRobot, args)
 
 
 if __name__ == '__main__':

@@ -26,12 +26,13 @@ from typing import Any
 from xml.etree.ElementTree import Element, fromstring, tostring
 
 from turtle_brick.core.catch_logic import State
+from turtle_brick.core.driving import Driver
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import PARAMETER_RULES, ParameterRule, Parameters
-from turtle_brick.core.reachability import guaranteed_distance, resting_height
+from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TurtlePose
 from turtle_brick.physics import Phase
-from turtle_brick_tools.simulation import JITTER, Simulation
+from turtle_brick_tools.simulation import guaranteed_distance, JITTER, Simulation
 
 ADJUSTABLE = ('max_velocity', 'gravity_accel', 'platform_radius', 'tilt_angle')
 """Parameters with a slider."""
@@ -49,6 +50,16 @@ PLOT_TIME = 6.0
 
 XACRO = '{http://www.ros.org/wiki/xacro}'
 """Namespace of the xacro tags."""
+
+
+class WebDriver(Driver):
+    """A driver that can ignore the commands that the latest pose does not show."""
+
+    predicts = True
+
+    def predict(self, pose: TurtlePose) -> tuple[float, float]:
+        """Return the predicted position (m), or the latest one if `predicts` is false."""
+        return super().predict(pose) if self.predicts else (pose.x, pose.y)
 
 
 class WebArena:
@@ -94,6 +105,7 @@ class WebArena:
         self.urdf = expand_xacro(self.xacro, asdict(parameters))
         self.parameters = parameters
         self.simulation = Simulation(parameters, self.random.randrange(10 ** 6), JITTER, turtle)
+        self.simulation.driver = self.driver = WebDriver(parameters.max_velocity)
         self.simulation.after_step = self._after_step
         self.odometer = Odometer(parameters.wheel_radius)
         self._last_pose: TurtlePose | None = None
@@ -195,7 +207,7 @@ class WebArena:
 
     def _after_step(self) -> None:
         """Release or place the brick if due, and update the odometry, plots and drop counts."""
-        simulation, world, driver = self.simulation, self.simulation.world, self.simulation.driver
+        simulation, world, driver = self.simulation, self.simulation.world, self.driver
         driver.predicts = 'last_pose' not in self.form
         if driver.pose is not None and driver.pose is not self._last_pose:
             self._last_pose = driver.pose

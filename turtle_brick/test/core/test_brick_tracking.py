@@ -42,6 +42,7 @@ def test_height_of_a_falling_brick_and_time_to_a_height():
     assert fall.height(2 * NS_PER_SECOND, gravity=2.0) == pytest.approx(3.0)
     assert fall.time_to(3.0, gravity=2.0) == pytest.approx(2.0)
     assert isnan(fall.time_to(10.0, gravity=2.0))
+    assert fall.release_time(gravity=2.0) == -NS_PER_SECOND // 2
 
 
 @pytest.fixture
@@ -74,7 +75,7 @@ def test_brick_falls_lands_rests_and_is_carried(tracker):
     assert tracker.fall is None and tracker.has_landed
     assert tracker.still_for == pytest.approx(0.5, abs=2 * PERIOD)
     rest(tracker, now, (5.5, 5.0, REST_Z), 0.1)
-    assert tracker.has_landed and tracker.still_for == pytest.approx(0.1)
+    assert tracker.has_landed and tracker.still_for == pytest.approx(0.1, abs=2 * PERIOD)
 
 
 def test_brick_that_passes_the_platform_has_not_landed(tracker):
@@ -100,12 +101,13 @@ def test_attached_brick_has_landed_until_it_is_detached_or_tilted(tracker):
     assert not tracker.has_landed
 
 
-def test_rounding_errors_are_not_motion_but_a_clock_set_back_is(tracker):
+def test_rounding_errors_are_not_motion_and_old_positions_are_ignored(tracker):
     for step in range(10):
         tracker.observe(seconds(1.0 + 0.1 * step), (5.0, 5.0, 4.0 + step % 2 * 1e-10))
+        tracker.observe(seconds(1.0 + 0.1 * step), (5.0, 5.0, 2.0))
+        tracker.observe(seconds(0.5 + 0.1 * step), (5.0, 5.0, 2.0))
     assert tracker.still_for == pytest.approx(0.9)
-    tracker.observe(seconds(1.5), (5.0, 5.0, 4.0))
-    assert tracker.still_for == 0.0
+    assert tracker.position == pytest.approx((5.0, 5.0, 4.0))
 
 
 class DetectorBench:
@@ -120,8 +122,6 @@ class DetectorBench:
         before = self.detector.fall
         self.detector.observe(self.now, (x, y, z))
         fall = self.detector.fall
-        self.detector.observe(self.now, (x, y, z))
-        assert self.detector.fall is fall, 'A repeated position is ignored.'
         is_fall = fall is not None and fall is not before
         self.fall_count += is_fall
         self.now += self.intervals[0]
@@ -210,20 +210,18 @@ def test_slides_and_other_accelerations_are_not_falls(motion, spacing):
 
 @law(40)
 @given(spacing=intervals, samples=st.integers(0, 20), sideways=signs, upward=signs,
-       amount=st.floats(0.02, 10.0), is_time_set_back=st.booleans())
+       amount=st.floats(0.02, 10.0))
 def test_interrupted_fall_ends_and_the_next_fall_is_detected(
-        spacing, samples, sideways, upward, amount, is_time_set_back):
-    """A fall ends if the brick stops or is placed elsewhere, or if the clock is set back."""
+        spacing, samples, sideways, upward, amount):
+    """A fall ends if the brick stops or is placed elsewhere."""
     bench = DetectorBench(spacing)
     release = bench.now
     assert bench.fall(5.0, 5.0, 20.0, release, 4)
     bench.fall(5.0, 5.0, 20.0, release, samples)
     time = (bench.now - release) * 1e-9
     x, z = 5.0 + sideways * amount, 20.0 - 0.5 * GRAVITY * time * time + upward * amount
-    if is_time_set_back:
-        bench.now -= seconds(amount) + 1
     bench.hover(x, 5.0, z, 1)
-    has_stopped = sideways == upward == 0.0 and not is_time_set_back
+    has_stopped = sideways == upward == 0.0
     assert has_stopped or bench.detector.fall is None
     landed = bench.now
     while bench.now - landed < 100_000_000:

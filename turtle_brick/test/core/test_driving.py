@@ -19,7 +19,7 @@ from math import pi
 import pytest
 from turtle_brick.core.driving import (BRAKING_TIME, COMMAND_DELAY, COMMAND_PERIOD, Driver,
                                        POSE_TIMEOUT)
-from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
+from turtle_brick.core.turtlesim_arena import TICK, TurtlePose
 
 
 def at(x, y=5.0, theta=0.0):

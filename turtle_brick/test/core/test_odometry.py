@@ -21,7 +21,8 @@ from hypothesis import strategies as st
 from laws import law
 import pytest
 from turtle_brick.core.odometry import MIN_MOTION, Odometer
-from turtle_brick.core.turtlesim_kinematics import TICK, Turtle, TurtlePose
+from turtle_brick.core.turtlesim_arena import TICK, TurtlePose
+from turtle_brick.core.turtlesim_kinematics import Turtle
 
 RADIUS = 0.2
 angles = st.floats(-pi, pi)

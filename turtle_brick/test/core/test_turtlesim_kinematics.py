@@ -30,8 +30,8 @@ from struct import pack
 from typing import NamedTuple
 
 import pytest
-from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, float32, TICK,
-                                                    Turtle, TurtlePose, TurtleSim)
+from turtle_brick.core.turtlesim_arena import ARENA_CENTER, ARENA_SIZE, float32, TICK, TurtlePose
+from turtle_brick.core.turtlesim_kinematics import Turtle, TurtleSim
 
 RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
 assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
@@ -40,20 +40,16 @@ ARRIVAL_JITTER = 0.004
 """Maximum delay (s) between a tick of turtlesim and the recorded arrival of the resulting pose."""
 
 
-def test_turtle_at_a_wall_reports_the_unclamped_position() -> None:
-    """A teleport beyond the upper wall ends at this wall, but does not set `clamped`."""
+def test_turtle_stays_inside_the_arena() -> None:
+    """Motions and teleports beyond a wall end at this wall."""
     turtle = Turtle(x=ARENA_SIZE - 0.01, y=ARENA_SIZE - 1.0, theta=0.0, holonomic=True)
     turtle.command(1.0, -2.0, 0.0)
     assert turtle.tick(0.0).linear_velocity == float32(hypot(1.0, 2.0))
-    assert turtle.clamped == pytest.approx((ARENA_SIZE + 0.006, 1.032), abs=1e-6)
-    turtle.command(-1.0, -2.0, 0.0)
-    turtle.tick(TICK)
-    assert turtle.clamped is None
+    assert turtle.pose[:2] == (ARENA_SIZE, pytest.approx(ARENA_SIZE - 1.032, abs=1e-6))
     for x, y in ((0.0, 0.0), (ARENA_SIZE, ARENA_SIZE), (5.0, 20.0), (5.0, -2.0)):
         turtle.command(0.0, 0.0, 0.0)
         turtle.teleport_absolute(x, y, 0.0)
-        assert turtle.tick(2 * TICK)[:2] == (x, min(max(y, 0.0), ARENA_SIZE))
-        assert turtle.clamped == (None if y >= 0.0 else (5.0, ARENA_SIZE + 2.0))
+        assert turtle.tick(TICK)[:2] == (x, min(max(y, 0.0), ARENA_SIZE))
 
 
 def test_invalid_numbers_do_not_end_the_simulation() -> None:

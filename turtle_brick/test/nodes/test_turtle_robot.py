@@ -24,7 +24,7 @@ from nav_msgs.msg import Odometry
 import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.geometry import from_yaw
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick.turtle_robot import TurtleRobot
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage

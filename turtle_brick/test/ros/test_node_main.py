@@ -27,7 +27,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from turtle_brick.core.parameters import (default_path, load, MissingParameterError,
                                           PARAMETER_RULES)
-from turtle_brick.ros.node_main import init, make_executor
+from turtle_brick.ros.node_main import make_executor, run_node
 from turtle_brick.ros.node_parameters import declare_parameters
 
 PROGRAM = """
@@ -36,7 +36,7 @@ from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from turtle_brick.ros.node_main import init, spin
+from turtle_brick.ros.node_main import run_node
 
 class Probe(Node):
     def __init__(self):
@@ -49,8 +49,7 @@ class Probe(Node):
         print('up', type(self.executor).__name__, flush=True)
         {tick}
 
-with init():
-    spin(Probe(), {executor})
+run_node(Probe, None, {executor})
 """
 """Template of a program whose node prints a line in each timer callback."""
 
@@ -92,7 +91,7 @@ def processor_usage(program):
 
 @pytest.mark.parametrize('number, executor, name', [
     (signal.SIGINT, None, 'EventsExecutor'),
-    (signal.SIGTERM, 'SingleThreadedExecutor()', 'SingleThreadedExecutor')])
+    (signal.SIGTERM, 'SingleThreadedExecutor', 'SingleThreadedExecutor')])
 def test_idle_node_sleeps_and_ends_quietly_after_signals(start, number, executor, name):
     """The first measurements of the processor usage may include the start of the node."""
     program = start(tick='self.timer.cancel()', executor=executor)
@@ -126,7 +125,7 @@ def test_sigterm_ends_a_process_if_the_middleware_blocks_its_shutdown(start):
 
 @pytest.fixture
 def restored_signals():
-    """Restore the signal handlers of this process after a test that calls `init`."""
+    """Restore the signal handlers of this process after a test that calls `run_node`."""
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     yield
     for number, handler in handlers.items():
@@ -144,8 +143,8 @@ def test_invalid_arguments_end_the_program_with_one_sentence(
     """The error message begins with the program name, not with its path."""
     file = ['--params-file', str(default_path())] if args else []
     with pytest.raises(SystemExit, match=f'^probe: {reason}$') as ended:
-        with init(['/opt/some/lib/probe', '--ros-args', *file, *args]):
-            declare_parameters(Node('probe'))
+        run_node(lambda: declare_parameters(Node('probe')),
+                 ['/opt/some/lib/probe', '--ros-args', *file, *args])
     assert '\n' not in ended.value.code
 
 

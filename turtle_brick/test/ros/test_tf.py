@@ -131,7 +131,7 @@ def test_recent_pose_expires_and_is_deleted_when_the_clock_is_set_back(age, know
 
 def test_callback_gets_each_transform_after_its_message_is_stored():
     received = []
-    guarded, _ = listener(lambda message: received.append((
+    guarded, _ = listener(lambda message, now: received.append((
         message.transform.translation.x,
         latest_transform(guarded.buffer, 'brick').transform.translation.x)))
     guarded.static_callback(TFMessage(transforms=[transform('brick', 'label')]))

@@ -25,7 +25,7 @@ from math import dist, hypot, inf, nan, sqrt
 from typing import NamedTuple
 
 from turtle_brick.core.geometry import Vector
-from turtle_brick.core.time_steps import SECONDS_PER_NS
+from turtle_brick.core.time_steps import NS_PER_SECOND, SECONDS_PER_NS
 
 POSITION_TOLERANCE = 1e-9
 """Maximum position error (m) caused by interpolation in tf2."""
@@ -55,6 +55,10 @@ class Fall(NamedTuple):
         """Return the predicted z coordinate (m) of the brick's center at a given time (ns)."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
         return self.z - self.speed * time - 0.5 * gravity * time * time
+
+    def release_time(self, gravity: float) -> int:
+        """Return the estimated time (ns) at which the brick was released."""
+        return self.stamp - round(self.speed / gravity * NS_PER_SECOND)
 
     def time_to(self, height: float, gravity: float) -> float:
         """
@@ -96,18 +100,15 @@ class FallDetector:
         self._samples: deque[tuple[int, float, float, float]] = deque(maxlen=3)
 
     def observe(self, stamp: int, position: Vector) -> None:
-        """Record a position (m) of the brick at a given time (ns), and update `fall`."""
+        """Record a position (m) and its time (ns, newer than the last one), and update `fall`."""
         x, y, z = position
         samples = self._samples
         if samples:
-            last_stamp, last_x, last_y, _ = samples[-1]
-            if stamp == last_stamp:
-                return
+            _, last_x, last_y, _ = samples[-1]
             sideways = abs(x - last_x) + abs(y - last_y)
             off_course = 0.0 if self.fall is None else (
                 abs(self.fall.height(stamp, self.gravity) - z))
-            if (stamp < last_stamp or sideways > self.SIDEWAYS_TOLERANCE
-                    or off_course > self.HEIGHT_TOLERANCE):
+            if sideways > self.SIDEWAYS_TOLERANCE or off_course > self.HEIGHT_TOLERANCE:
                 samples.clear()
                 self.fall = None
         samples.append((stamp, x, y, z))
@@ -143,7 +144,7 @@ class BrickTracker:
         self._resting_height = resting_height
         self._detector = FallDetector(gravity)
         self._is_attached = False
-        self._stamp = 0
+        self._stamp = -1
         self._last_motion = 0
 
     @property
@@ -164,27 +165,34 @@ class BrickTracker:
 
     def observe(self, stamp: int, position: Vector, is_attached: bool = False) -> None:
         """
-        Record a position of the brick.
+        Record a position of the brick, unless it is not newer than the last one.
 
         :param stamp: timestamp (ns) of the position
         :param position: position (m) of the brick's center in the world frame
         :param is_attached: whether the platform is the parent frame of the brick
         """
-        fall, height_before = self.fall, self.position[2]
+        if stamp <= self._stamp:
+            return
+        fall = self.fall
         self._detector.observe(stamp, position)
-        # An arena node from another workspace may keep world as the parent frame of a brick on the
-        # platform. In this case, the brick has landed if its fall ends at the resting height.
-        has_fallen = (fall is not None and self.fall is None
-                      and height_before > self._resting_height - HEIGHT_TOLERANCE
-                      and fall.height(stamp, self._detector.gravity)
-                      < self._resting_height + HEIGHT_TOLERANCE)
-        # In this package, a riding brick is a child of world only if the platform pose is unknown.
-        was_detached = self._is_attached and not is_attached
-        self.has_landed = (
-            (is_attached or has_fallen or (self.has_landed and not was_detached))
-            and abs(position[2] - self._resting_height) <= HEIGHT_TOLERANCE)
-        if (stamp < self._stamp or is_attached != self._is_attached
+        self.has_landed = abs(position[2] - self._resting_height) <= HEIGHT_TOLERANCE and (
+            is_attached or self._ends_at_resting_height(fall, stamp)
+            or (self.has_landed and not self._is_attached))
+        if (is_attached != self._is_attached
                 or dist(position, self.position) > POSITION_TOLERANCE):
             self._last_motion = stamp
             self.position = position
         self._stamp, self._is_attached = stamp, is_attached
+
+    def _ends_at_resting_height(self, fall: Fall | None, stamp: int) -> bool:
+        """
+        Return whether a fall that was in progress ended on the platform before `stamp` (ns).
+
+        An arena node from another workspace may keep world as the parent frame of a brick on the
+        platform. In this package, a riding brick is a child of world only if the platform's pose
+        is unknown.
+        """
+        return (fall is not None and self.fall is None
+                and self.position[2] > self._resting_height - HEIGHT_TOLERANCE
+                and fall.height(stamp, self._detector.gravity)
+                < self._resting_height + HEIGHT_TOLERANCE)

@@ -17,22 +17,23 @@ Compute goals and tilt commands to catch a brick, carry it, and tip it off the p
 
     WAITING --> APPROACHING --> CARRYING --> TILTING --> LEVELING --> WAITING
 
-`Catcher` records the poses of the brick and the platform, and decides once per fall whether the
-brick is reachable. `Catcher` then computes its next state, and returns the goals and tilt commands
-to publish. All timestamps (ns) come from the same clock.
+`Catcher` records the poses of the brick and the platform. Each update first decides whether a new
+fall is reachable, then computes the next state, and returns the commands for this state. There is
+one decision per fall, and a fall is identified by its release time. All timestamps (ns) come from
+the same clock.
 """
 
 from enum import Enum
-from math import cos, hypot, pi
+from math import cos, pi
 from typing import NamedTuple
 
 from turtle_brick.core.brick_tracking import BrickTracker, Fall
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import decide_reachability, Decision, resting_height
 from turtle_brick.core.robot_tracking import RobotTracker
-from turtle_brick.core.tilting_platform import Platform
+from turtle_brick.core.tilting_platform import PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, within_arena
+from turtle_brick.core.turtlesim_arena import ARENA_CENTER, within_arena
 
 UPDATE_PERIOD = 0.02
 """Update period (s) of the catcher. Each new fall triggers an additional update."""
@@ -130,21 +131,13 @@ def transition(state: State, observation: Observation) -> State:
     return State.CARRYING if is_lying else state
 
 
-class DriveGoal(NamedTuple):
+class Commands(NamedTuple):
+    """Commands to publish after an update of the catcher. A command that is None is omitted."""
+
+    goal: tuple[float, float] | None = None
     """Goal (m) of the robot in the world frame."""
-
-    x: float
-    y: float
-
-
-class TiltCommand(NamedTuple):
-    """Commanded angle (rad) of the platform."""
-
-    angle: float
-
-
-Action = Decision | DriveGoal | TiltCommand
-"""Decision or command that the catcher node publishes."""
+    tilt_angle: float | None = None
+    """Angle (rad) of the platform."""
 
 
 def ramp(start: float, end: float, time: float) -> float:
@@ -155,10 +148,15 @@ def ramp(start: float, end: float, time: float) -> float:
 
 
 class Catcher:
-    """Catch each reachable brick, carry it to the arena's center, and tip it off the platform."""
+    """
+    Catch each reachable brick, carry it to the arena's center, and tip it off the platform.
+
+    Record all positions in `brick` and `robot`, and then call `update`.
+    """
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
+        self._shape = PlatformShape(parameters.platform_radius)
         self._reset(0)
 
     def _reset(self, now: int) -> None:
@@ -175,59 +173,67 @@ class Catcher:
 
     @property
     def undecided_fall(self) -> Fall | None:
-        """Get the current fall, or None if there is no fall that still needs a decision."""
-        fall = self.brick.fall
-        return None if self.decision is not None and self.decision.fall is fall else fall
-
-    def update(self, now: int, platform: Platform | None, stamp: int = 0) -> list[Action]:
         """
-        Update the state, and return the decisions and commands to publish.
+        Get the current fall, or None if there is no fall that still needs a decision.
+
+        A fall that was released before the latest decision is the fall that was decided.
+        """
+        fall = self.brick.fall
+        if fall is None or self.decision is None:
+            return fall
+        release = fall.release_time(self.parameters.gravity_accel)
+        return None if release < self.decision.fall.stamp else fall
+
+    def is_update_due(self, now: int) -> bool:
+        """Return whether a fall needs a decision, or the clock was set back to `now` (ns)."""
+        return now < self._now or self.undecided_fall is not None
+
+    def update(self, now: int) -> Commands:
+        """
+        Decide on a new fall, update the state, and return the commands to publish.
 
         If the clock is set back, the catcher returns to WAITING and levels the platform.
 
         :param now: current time (ns)
-        :param platform: None if its transform is too old or if goal_pose or tilt has no subscriber
-        :param stamp: timestamp (ns) of the platform's transform
         """
-        actions: list[Action] = []
         if now < self._now:
             self._reset(now)
-            actions.append(TiltCommand(0.0))
+            return Commands(tilt_angle=0.0)
         self._now = now
-        self.robot.observe(stamp, platform)
-
-        fall, landing_point = self.undecided_fall, None
-        if fall is not None:
-            self.decision = decide_reachability(fall, now, self.robot.state, self.parameters)
-            actions.append(self.decision)
-            if self.decision.reachable:
-                landing_point = fall.position[:2]
-
+        landing_point = self._decide()
         previous = self.state
-        self.state = transition(previous, self._observation(landing_point is not None, platform))
+        self.state = transition(previous, self._observation(landing_point is not None))
         if landing_point is not None or self.state is not previous:
             self._state_start, self._ramp_start = now, self._tilt_angle
 
-        goal = landing_point or self._new_goal(previous)
+        goal, angle = self._next_goal(previous), self._next_angle()
+        if landing_point is not None:
+            goal, angle = landing_point, 0.0  # Level the platform immediately.
         if goal is not None:
             self._goal = goal
             self.robot.record_goal(now, goal)
-            actions.append(DriveGoal(*goal))
-        if landing_point is not None:
-            self._tilt_angle = 0.0  # Level the platform immediately.
-            actions.append(TiltCommand(0.0))
-        return actions + self._tilt_commands()
+        if angle is not None:
+            self._tilt_angle = angle
+            self.robot.record_tilt(now, angle)
+        return Commands(goal, angle)
 
-    def _observation(self, has_reachable_fall: bool, platform: Platform | None) -> Observation:
-        brick, robot = self.brick, self.robot.state
-        is_beside = (platform is None or hypot(*platform.coordinates_of(brick.position))
-                     > self.parameters.platform_radius)
+    def _decide(self) -> tuple[float, float] | None:
+        """Decide on a new fall, and return its landing point (m) if the brick is reachable."""
+        fall = self.undecided_fall
+        if fall is None:
+            return None
+        self.decision = decide_reachability(fall, self._now, self.robot.state, self.parameters)
+        return (fall.x, fall.y) if self.decision.reachable else None
+
+    def _observation(self, has_reachable_fall: bool) -> Observation:
+        brick, robot, platform = self.brick, self.robot.state, self.robot.platform
         return Observation(
             state_time=self._elapsed(self._state_start),
             has_reachable_fall=has_reachable_fall,
             is_falling=brick.is_falling_to_platform,
             is_on_platform=brick.has_landed and robot is not None,
-            is_beside_platform=is_beside,
+            is_beside_platform=platform is None or not self._shape.contains(
+                *platform.coordinates_of(brick.position)),
             still_for=brick.still_for,
             is_robot_idle=robot is not None and robot.is_at_rest and robot.is_level,
             is_at_center=self._has_arrived_at(CENTER),
@@ -241,7 +247,7 @@ class Catcher:
         return (robot is not None and robot.is_at_rest
                 and robot.distance_to(goal) <= GOAL_TOLERANCE)
 
-    def _new_goal(self, previous: State) -> tuple[float, float] | None:
+    def _next_goal(self, previous: State) -> tuple[float, float] | None:
         robot, state = self.robot.state, self.state
         if state is State.CARRYING and previous is not State.CARRYING:
             return CENTER
@@ -254,10 +260,8 @@ class Catcher:
             return self._goal  # The goal message was lost, or another node has published a goal.
         return None
 
-    def _tilt_commands(self) -> list[Action]:
+    def _next_angle(self) -> float | None:
         target = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
         if self._tilt_angle == target:
-            return []
-        self._tilt_angle = ramp(self._ramp_start, target, self._elapsed(self._state_start))
-        self.robot.record_tilt(self._now, self._tilt_angle)
-        return [TiltCommand(self._tilt_angle)]
+            return None
+        return ramp(self._ramp_start, target, self._elapsed(self._state_start))

@@ -29,16 +29,13 @@ All times (s), including those passed by the caller, come from the same monotoni
 from collections import deque
 from math import atan2, cos, hypot, log, sin
 
-from turtle_brick.core.turtlesim_kinematics import TurtlePose, within_arena
+from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
 
 COMMAND_PERIOD = 0.010
 """Interval (s) between commands on cmd_vel."""
 
 COMMAND_DELAY = 0.069
 """Median time (s) from the publication of a command to the first pose that shows its effect."""
-
-TRANSPORT_DELAY = 0.0004
-"""Typical delay (s) of a message between two nodes on one machine. Measured: 0.2 to 0.6 ms."""
 
 POSE_TIMEOUT = 0.25
 """Maximum age (s) of a pose used for driving."""
@@ -69,8 +66,6 @@ class Driver:
         """Whether the turtle will be at its goal after executing all published commands."""
         self.stem_angle = 0.0
         """Direction (rad) of the last nonzero command in the turtle's frame."""
-        self.predicts = True
-        """Whether to compute commands for the turtle's predicted position, not its latest pose."""
         self.pose: TurtlePose | None = None
         """Latest pose of the turtle in the world frame."""
         self._pose_time = 0.0
@@ -101,7 +96,7 @@ class Driver:
         return velocity
 
     def _approach(self, goal: tuple[float, float], pose: TurtlePose) -> tuple[float, float]:
-        x, y = self._predict(pose) if self.predicts else pose[:2]
+        x, y = self.predict(pose)
         dx, dy = goal[0] - x, goal[1] - y
         distance = hypot(dx, dy)
         self.arrived = distance < (START_DISTANCE if self.arrived else STOP_DISTANCE)
@@ -112,7 +107,8 @@ class Driver:
         self.stem_angle = atan2(sin(angle), cos(angle))
         return (speed * cos(angle), speed * sin(angle))
 
-    def _predict(self, pose: TurtlePose) -> tuple[float, float]:
+    def predict(self, pose: TurtlePose) -> tuple[float, float]:
+        """Return the position (m) of the turtle after all commands that `pose` does not show."""
         hidden = [(linear_x, linear_y) for time, linear_x, linear_y in self._sent
                   if time > self._pose_time - COMMAND_DELAY]
         forward = sum(linear_x for linear_x, _ in hidden) * COMMAND_PERIOD
@@ -125,8 +121,9 @@ def braking_loss(radius: float, max_velocity: float) -> float:
     """
     Return the time (s) that braking adds to a drive that ends within `radius` (m) of the goal.
 
-    Without braking, the drive would take (distance - radius) / max_velocity. The robot brakes in
-    the last max_velocity * BRAKING_TIME meters, which usually lie within `radius` of the goal.
+    Braking begins at b = max_velocity * BRAKING_TIME from the goal, usually within `radius`. From
+    there, the distance decays as b * exp(-t / BRAKING_TIME), so it takes BRAKING_TIME * log(b /
+    radius) instead of (b - radius) / max_velocity to come within `radius` of the goal.
     """
     braking_distance = max_velocity * BRAKING_TIME
     if radius >= braking_distance:

@@ -24,7 +24,7 @@ hits a wall or a pose message is lost. A teleport does not turn the wheel.
 from math import hypot
 
 from turtle_brick.core.geometry import Pose2D
-from turtle_brick.core.turtlesim_kinematics import TICK, TurtlePose
+from turtle_brick.core.turtlesim_arena import TICK, TurtlePose
 
 MIN_MOTION = 1e-5
 """Minimum distance (m) between two poses that cannot be a float32 rounding error."""
@@ -64,9 +64,9 @@ class Odometer:
         dx, dy = pose.x - last.x, pose.y - last.y
         path = hypot(dx, dy)
         # The turtle teleported if its path is too long for the reported speeds and elapsed time.
-        speed = max(last.linear_velocity, pose.linear_velocity)
-        ticks = max(1.0, (now - self._last_time) / TICK + 0.5)
-        if path <= MIN_MOTION or path > ticks * TICK * speed + MIN_MOTION:
+        longest = max(TICK, now - self._last_time + 0.5 * TICK) * max(
+            last.linear_velocity, pose.linear_velocity)
+        if not MIN_MOTION < path <= longest + MIN_MOTION:
             return
         self.wheel_angle += path / self.wheel_radius
         # path / TICK is too high after a lost message, and linear_velocity is too high at a wall.

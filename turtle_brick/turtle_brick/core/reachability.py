@@ -23,6 +23,7 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
   level platform. A brick is unreachable if its bottom is already below the platform's top.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
+- A brick whose fall is detected after its landing is unreachable.
 - Braking costs extra time (braking loss) only if the braking distance exceeds platform_radius.
 - A moving robot first executes the commands already sent. The calculation therefore increases the
   robot's distance to the brick by max_velocity * command_latency.
@@ -31,19 +32,16 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
 All timestamps (ns) come from the same clock.
 """
 
-from math import inf, isnan, sqrt
+from math import inf, isnan
 from typing import NamedTuple
 
 from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.driving import braking_loss
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.robot_tracking import RobotState
+from turtle_brick.core.tilting_platform import PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import within_arena
-
-DETECTION_TIME = 0.02
-"""Maximum time (s) from the release of a brick to the catcher's decision. The catcher detects
-the fall from three consecutive brick positions, at most 12 ms after the release."""
+from turtle_brick.core.turtlesim_arena import within_arena
 
 
 class Decision(NamedTuple):
@@ -61,11 +59,6 @@ class Decision(NamedTuple):
     """Reason why the brick is unreachable, or an empty string if it is reachable."""
 
     @property
-    def margin(self) -> float:
-        """Landing time (s) of the brick minus the arrival time of the robot."""
-        return self.available - self.needed
-
-    @property
     def summary(self) -> str:
         """One-line summary of the decision, such as "unreachable: no robot is available"."""
         if not self.reachable:
@@ -77,12 +70,6 @@ class Decision(NamedTuple):
 def resting_height(parameters: Parameters) -> float:
     """Return the height (m) of the center of a brick that rests on the level platform."""
     return parameters.platform_height + parameters.brick_size[2] / 2.0
-
-
-def fall_time(height: float, parameters: Parameters) -> float:
-    """Return the duration (s) of a free fall from a release height (m) to the level platform."""
-    depth = max(height - resting_height(parameters), 0.0)
-    return sqrt(2.0 * depth / parameters.gravity_accel)
 
 
 def drive_time(distance: float, parameters: Parameters) -> float:
@@ -98,9 +85,10 @@ def drive_time(distance: float, parameters: Parameters) -> float:
 
     :param distance: horizontal distance (m) from the platform axis to the brick
     """
-    drive = max(distance - parameters.platform_radius, 0.0) / parameters.max_velocity
+    shape = PlatformShape(parameters.platform_radius)
+    drive = shape.distance_to(distance) / parameters.max_velocity
     if drive > 0.0:
-        drive += braking_loss(parameters.platform_radius, parameters.max_velocity)
+        drive += braking_loss(shape.reach, parameters.max_velocity)
     return parameters.command_latency + drive
 
 
@@ -110,23 +98,9 @@ def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Paramet
     if not robot.is_at_rest:
         return drive_time(distance + parameters.max_velocity * parameters.command_latency,
                           parameters)
-    if robot.is_level and distance <= parameters.platform_radius:
+    if robot.is_level and PlatformShape(parameters.platform_radius).distance_to(distance) == 0.0:
         return 0.0
     return drive_time(distance, parameters)
-
-
-def guaranteed_distance(height: float, parameters: Parameters) -> float:
-    """
-    Return the largest distance (m) to a brick that a robot at rest is guaranteed to catch.
-
-    The distance is -infinity if no catch is guaranteed. `height` (m) is the release height of the
-    brick's center.
-    """
-    time = fall_time(height, parameters) - DETECTION_TIME - parameters.command_latency
-    if time < 0.0:
-        return -inf
-    time -= braking_loss(parameters.platform_radius, parameters.max_velocity)
-    return parameters.platform_radius + parameters.max_velocity * max(time, 0.0)
 
 
 def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
@@ -140,21 +114,19 @@ def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
     time = fall.time_to(resting_height(parameters), parameters.gravity_accel)
     available = time - (now - fall.stamp) * SECONDS_PER_NS
     distance = needed = inf
-    if robot is None:
-        reason = 'no robot is available'
-    else:
+    if robot is not None:
         distance = robot.distance_to(fall.position)
         needed = time_needed(fall.position, robot, parameters)
-        reason = _landing_problem(fall, time, parameters)
-        # If transforms arrive late, the predicted landing time can be in the past.
-        remaining = max(available, 0.0)
-        if not reason and needed > remaining:
-            reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick '
-                      f'lands in {remaining:.3f} s, {needed - remaining:.3f} s too early')
+    reason = _landing_problem(fall, time, available, parameters)
+    if not reason and robot is None:
+        reason = 'no robot is available'
+    elif not reason and needed > available:
+        reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick lands '
+                  f'in {available:.3f} s, {needed - available:.3f} s too early')
     return Decision(not reason, fall, available, needed, distance, reason)
 
 
-def _landing_problem(fall: Fall, time: float, parameters: Parameters) -> str:
+def _landing_problem(fall: Fall, time: float, available: float, parameters: Parameters) -> str:
     if isnan(time):
         return (f'the brick, at {fall.z:.4g} m, falls from below its resting height on the '
                 f'platform, {resting_height(parameters):.4g} m')
@@ -162,4 +134,7 @@ def _landing_problem(fall: Fall, time: float, parameters: Parameters) -> str:
         return f'the landing point ({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
     if time < 0.0:
         return f'the brick, at {fall.z:.4g} m, has already passed the platform'
+    if available < 0.0:
+        return (f'the fall was detected {-available:.3f} s after the brick reached the top of the '
+                'platform, because its transforms arrived late')
     return ''

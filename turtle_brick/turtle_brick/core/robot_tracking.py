@@ -58,6 +58,8 @@ class RobotTracker:
         """Create a tracker for a robot that responds to a command within a given time (s)."""
         self.state: RobotState | None = None
         """Latest state of the robot, or None if the robot is unavailable."""
+        self.platform: Platform | None = None
+        """Latest platform, or None if the robot is unavailable."""
         self.response_time = 0.0
         """Last response time (s) that exceeded the command latency, initially 0."""
         self._latency = command_latency
@@ -71,6 +73,7 @@ class RobotTracker:
 
     def observe(self, stamp: int, platform: Platform | None) -> None:
         """Record the platform's pose at a time (ns), or None if the robot is unavailable."""
+        self.platform = platform
         if platform is None:
             self.state = self._awaited_goal_time = None
             return

@@ -12,16 +12,44 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Geometry of the platform that carries the brick. The axes follow REP 103."""
+"""
+Pose and shape of the platform that carries the brick. The axes follow REP 103.
+
+`PlatformShape` alone knows that the platform is round.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan2
+from math import atan2, hypot
 
-from turtle_brick.core.geometry import axes, Pose, Vector
+from turtle_brick.core.geometry import axes, distance_to_rectangle, Pose, Vector
 
 LEVEL_TOLERANCE = 1e-3
 """Maximum inclination (rad) at which the platform counts as level."""
+
+
+@dataclass(frozen=True)
+class PlatformShape:
+    """Shape of the platform. Positions (m) are relative to the center of the platform's top."""
+
+    reach: float
+    """Distance (m) from the center within which a brick lands in every direction."""
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether a brick with its center at x, y is on the platform."""
+        return hypot(x, y) <= self.reach
+
+    def distance_to(self, distance: float) -> float:
+        """
+        Return how far (m) the platform must drive toward a point to be under it.
+
+        :param distance: horizontal distance (m) from the center of the platform to the point
+        """
+        return max(distance - self.reach, 0.0)
+
+    def is_clear_of(self, x: float, y: float, yaw: float, length: float, width: float) -> bool:
+        """Return whether a brick at x, y with a given yaw (rad) and size (m) has slid off."""
+        return distance_to_rectangle(x, y, yaw, length, width) > self.reach
 
 
 @dataclass(frozen=True)

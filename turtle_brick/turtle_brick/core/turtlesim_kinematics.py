@@ -29,18 +29,10 @@ arguments and results have float32 precision, and y points up, as in turtlesim's
 """
 
 from collections import deque
-from ctypes import c_float
 import math
-from typing import NamedTuple
 
-
-def float32(value: float) -> float:
-    """Return the float32 nearest to a value, or infinity if the value is out of range."""
-    return c_float(value).value
-
-
-TICK = 0.001 * 16
-"""Duration (s) of a tick."""
+# The build copies this module and turtlesim_arena into the package of the turtlesim stand-in.
+from .turtlesim_arena import ARENA_CENTER, ARENA_SIZE, float32, TICK, TurtlePose, within_arena
 
 QUEUE_DEPTH = 7
 """Capacity of the velocity command queue (QoS KeepLast(7))."""
@@ -48,37 +40,10 @@ QUEUE_DEPTH = 7
 COMMAND_TIMEOUT = 1.0
 """Time (s) without a velocity command after which a turtle stops."""
 
-ARENA_SIZE = float32(499 / 45)
-"""Width and height (m) of the arena, which has 499 x 499 pixels. A pixel is 1/45 m wide."""
-
-ARENA_CENTER = float32(ARENA_SIZE / 2)
-"""x and y coordinates (m) of the arena's center."""
-
 _PI = 3.14159265
 """Value of pi in turtlesim. Headings computed with math.pi would differ from turtlesim's."""
 
 _TWO_PI = 2.0 * _PI
-
-
-def within_arena(x: float, y: float) -> tuple[float, float]:
-    """Return the point (m, world frame) inside the arena that is nearest to (x, y)."""
-    return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
-            0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)
-
-
-class TurtlePose(NamedTuple):
-    """A pose published by turtlesim. Every number is a float32."""
-
-    x: float
-    """Distance (m) from the left wall to the turtle."""
-    y: float
-    """Distance (m) from the lower wall to the turtle."""
-    theta: float
-    """Heading (rad) in [-pi, pi), counterclockwise from +x."""
-    linear_velocity: float
-    """Commanded speed (m/s), which is never negative."""
-    angular_velocity: float
-    """Commanded turn rate (rad/s), counterclockwise."""
 
 
 def _normalize(angle: float) -> float:
@@ -106,8 +71,6 @@ class Turtle:
         self._teleports: list[tuple[bool, float, float, float]] = []
         self.holonomic = holonomic
         """Whether the turtle executes the sideways component of velocity commands."""
-        self.clamped: tuple[float, float] | None = None
-        """Unclamped position (m, y down) if the turtle hit a wall in the last tick, else None."""
         self.pose = self._rounded_pose()
         """Pose after the last tick."""
 
@@ -142,14 +105,14 @@ class Turtle:
         sin = math.sin(theta)
         x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)
         y_down = self._y_down - (cos * linear_y * TICK + sin * linear_x * TICK)
-
-        # Like turtlesim, this code does not clamp NaN coordinates.
-        is_outside = x < 0.0 or x > ARENA_SIZE or y_down < 0.0 or y_down > ARENA_SIZE
-        self.clamped = (x, y_down) if is_outside else None
-        self._x, self._y_down = within_arena(x, y_down)
+        self._x, self._y_down = self.clamp(x, y_down)
         self._theta = theta
         self.pose = self._rounded_pose()
         return self.pose
+
+    def clamp(self, x: float, y_down: float) -> tuple[float, float]:
+        """Stop the turtle at a wall. Like in turtlesim, coordinates may be NaN."""
+        return within_arena(x, y_down)
 
     def tick(self, now: float) -> TurtlePose:
         """Execute one tick and return the pose to publish."""
@@ -179,8 +142,10 @@ class Turtle:
 class TurtleSim:
     """Simulate turtles in an arena that initially contains only turtle1, at the center."""
 
-    def __init__(self, holonomic: bool = False, now: float = 0.0) -> None:
+    def __init__(self, holonomic: bool = False, now: float = 0.0,
+                 turtle_type: type[Turtle] = Turtle) -> None:
         """Create a simulator that starts at time `now` (s)."""
+        self._turtle_type = turtle_type
         self.turtles: dict[str, Turtle] = {}
         """Turtles in their update order, keyed by name."""
         self._holonomic = holonomic
@@ -206,7 +171,7 @@ class TurtleSim:
             self._names += 1
             candidate = f'turtle{self._names}'
             name = '' if candidate in self.turtles else candidate
-        self.turtles[name] = Turtle(x, y, theta, self._holonomic, now)
+        self.turtles[name] = self._turtle_type(x, y, theta, self._holonomic, now)
         self.turtles = dict(sorted(self.turtles.items()))
         return name
 

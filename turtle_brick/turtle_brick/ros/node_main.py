@@ -13,16 +13,15 @@
 # limitations under the License.
 
 """
-Start and shut down a node process.
+Run a node as a program.
 
-    with init(args):
-        spin(Arena())
+    def main(args=None):
+        run_node(Arena, args)
 
 The signal handlers of rclpy are not used because they can shut down the context during a callback.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 import signal
 import sys
@@ -43,40 +42,30 @@ timeout, the EventsExecutor in the PyPI environment never sleeps."""
 _shutdown_requested = Event()
 
 
-@contextmanager
-def init(args: list[str] | None = None) -> Iterator[None]:
+def run_node(make_node: Callable[[], Node], args: list[str] | None = None,
+             executor_type: Callable[[], Executor] | None = None) -> None:
     """
-    Initialize rclpy at the start of a `with` block and shut down rclpy at the end.
+    Initialize rclpy, make a node, and spin it until Ctrl-C or SIGTERM.
 
+    :param make_node: class of the node, or a function that returns the node
     :param args: command line including the program name, by default sys.argv
+    :param executor_type: class of the executor, by default the result of `make_executor`
     :raises SystemExit: if an argument or a parameter is invalid (exit status 1)
     """
     signal.signal(signal.SIGINT, _request_shutdown)
     signal.signal(signal.SIGTERM, _request_shutdown)
     try:
-        try:
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        except RuntimeError as error:
-            raise ParameterError(f'invalid ROS arguments: {error}') from None
-        yield
+        _init(args)
+        node, executor = make_node(), (executor_type or make_executor)()
+        executor.add_node(node)
+        while not _shutdown_requested.is_set():
+            executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+        executor.shutdown()
+        node.destroy_node()
     except (ParameterError, InvalidParameterTypeException) as error:
         sys.exit(f'{Path((args or sys.argv)[0]).stem}: {" ".join(str(error).split())}')
     finally:
         rclpy.try_shutdown()
-
-
-def spin(node: Node, executor: Executor | None = None) -> None:
-    """
-    Spin a node until Ctrl-C or SIGTERM, and then destroy the node.
-
-    :param executor: executor for the node, by default the result of `make_executor`
-    """
-    executor = executor or make_executor()
-    executor.add_node(node)
-    while not _shutdown_requested.is_set():
-        executor.spin_once(timeout_sec=SPIN_TIMEOUT)
-    executor.shutdown()
-    node.destroy_node()
 
 
 def make_executor(context: Context | None = None) -> Executor:
@@ -91,6 +80,13 @@ def make_executor(context: Context | None = None) -> Executor:
     except ImportError:
         return SingleThreadedExecutor(context=context)
     return EventsExecutor(context=context)
+
+
+def _init(args: list[str] | None) -> None:
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        raise ParameterError(f'invalid ROS arguments: {error}') from None
 
 
 def _request_shutdown(number: int, _: object) -> None:

@@ -145,12 +145,12 @@ class GuardedListener(TransformListener):
     """A TransformListener that rejects harmful transforms and logs a warning."""
 
     def __init__(self, buffer: Buffer, node: Node,
-                 on_transform: Callable[[TransformStamped], Any] = lambda _: None) -> None:
+                 on_transform: Callable[[TransformStamped, int], Any] = lambda *_: None) -> None:
         """
         Subscribe to /tf (best effort) and /tf_static, and fill a TF buffer.
 
-        :param on_transform: callback that receives each stored transform from /tf, called after
-            all transforms in the message are stored
+        :param on_transform: callback that receives each stored transform from /tf and its time of
+            arrival (ns), called after all transforms in the message are stored
         """
         self._on_transform = on_transform
         self._is_static: dict[str, bool] = {}
@@ -164,7 +164,7 @@ class GuardedListener(TransformListener):
         """Store the valid transforms from a /tf message, and call `on_transform` for each one."""
         now = self.node.get_clock().now().nanoseconds
         for transform in self.store(data, False, now):
-            self._on_transform(transform)
+            self._on_transform(transform, now)
 
     def static_callback(self, data: TFMessage) -> None:
         """Store the valid transforms from a /tf_static message."""
@@ -180,11 +180,8 @@ class GuardedListener(TransformListener):
         store = self.buffer.set_transform_static if static else self.buffer.set_transform
         stored = []
         for transform in message.transforms:
-            child = transform.child_frame_id.removeprefix('/')
-            reason = rejection_reason(transform, static, now)
-            if not reason and self._is_static.setdefault(child, static) != static:
-                reason = ('would turn a moving frame into a static one' if static else
-                          'would turn a static frame into a moving one')
+            reason = (rejection_reason(transform, static, now)
+                      or self._frame_change(transform, static))
             if not reason:
                 store(transform, 'default_authority')
                 stored.append(transform)
@@ -195,3 +192,11 @@ class GuardedListener(TransformListener):
                     f'Ignored the transform from "{transform.header.frame_id[:40]}" to '
                     f'"{transform.child_frame_id[:40]}", because it {reason}')
         return stored
+
+    def _frame_change(self, transform: TransformStamped, static: bool) -> str:
+        """Return the reason for rejecting a transform that makes a frame static or moving."""
+        child = transform.child_frame_id.removeprefix('/')
+        if self._is_static.setdefault(child, static) == static:
+            return ''
+        return ('would turn a moving frame into a static one' if static else
+                'would turn a static frame into a moving one')

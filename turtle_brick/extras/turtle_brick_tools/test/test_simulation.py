@@ -19,17 +19,21 @@ brick within the `guaranteed_distance` of a robot at rest.
 """
 
 from dataclasses import replace
-from math import cos, dist, exp, log, pi, sin
+from math import cos, dist, exp, inf, log, pi, sin
 from random import Random
 
-from laws import PARAMETERS
+from hypothesis import given
+from hypothesis import strategies as st
+from laws import law, NS_PER_SECOND, PARAMETERS, seconds
 import pytest
+from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.catch_logic import CENTER, GOAL_TOLERANCE, State
-from turtle_brick.core.reachability import (DETECTION_TIME, drive_time, fall_time,
-                                            guaranteed_distance, resting_height)
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.reachability import decide_reachability, drive_time, resting_height
+from turtle_brick.core.robot_tracking import RobotState
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick.physics import Phase
-from turtle_brick_tools.simulation import Delays, SimulatedDrop, Simulation
+from turtle_brick_tools.simulation import (Delays, DETECTION_TIME, fall_time, guaranteed_distance,
+                                           SimulatedDrop, Simulation)
 
 STEP = 0.004
 
@@ -150,3 +154,29 @@ def test_command_latency_is_neither_too_short_nor_too_long(delays):
     assert latency - 0.025 <= max(latencies) <= latency
     # The third position sample of the fall arrives at most 12 ms after the release.
     assert DETECTION_TIME >= 0.012
+
+
+def test_fall_time_and_guaranteed_distance():
+    rest, gravity = resting_height(PARAMETERS), PARAMETERS.gravity_accel
+    assert fall_time(rest + 0.5 * gravity, PARAMETERS) == pytest.approx(1.0)
+    assert fall_time(rest - 1.0, PARAMETERS) == 0.0
+    blind = DETECTION_TIME + PARAMETERS.command_latency
+    assert guaranteed_distance(rest + 0.5 * gravity, PARAMETERS) == pytest.approx(
+        PARAMETERS.platform_radius + 3.0 * (1.0 - blind))
+    assert guaranteed_distance(rest + 0.499 * gravity * blind ** 2, PARAMETERS) == -inf
+
+
+@law(60)
+@given(speed=st.floats(0.1, 10.0), radius=st.floats(0.05, 2.0), latency=st.floats(0.0, 0.5),
+       above=st.floats(0.0, 20.0), distance=st.floats(0.0, 15.0), late=st.floats(0.0, 0.02))
+def test_decision_keeps_the_guarantee(speed, radius, latency, above, distance, late):
+    parameters = replace(PARAMETERS, max_velocity=speed, platform_radius=radius,
+                         command_latency=latency)
+    fall = Fall(NS_PER_SECOND, 5.0, 5.0, resting_height(parameters) + above, 0.0)
+    decision = decide_reachability(fall, NS_PER_SECOND + seconds(late),
+                                   RobotState(5.0 + distance, 5.0), parameters)
+    guaranteed = guaranteed_distance(fall.z, parameters)
+    if distance <= guaranteed and late <= DETECTION_TIME - 1e-6:
+        assert decision.reachable
+    if decision.reachable and decision.needed:
+        assert distance <= max(guaranteed + speed * DETECTION_TIME + 1e-6, radius)

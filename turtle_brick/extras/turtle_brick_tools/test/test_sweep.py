@@ -28,10 +28,10 @@ from laws import PARAMETERS
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import default_path, Parameters
-from turtle_brick.core.reachability import guaranteed_distance
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick_tools import simulation, sweep
-from turtle_brick_tools.simulation import guaranteed_distance_to, simulate_drop, trace
+from turtle_brick_tools.simulation import (guaranteed_distance, guaranteed_distance_to,
+                                           simulate_drop, trace)
 from turtle_graph.client.processes import Process
 import yaml
 

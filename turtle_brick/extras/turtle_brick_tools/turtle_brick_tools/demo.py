@@ -38,12 +38,12 @@ from ament_index_python.packages import PackageNotFoundError
 from rclpy.node import Node
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, Parameters
-from turtle_brick.core.reachability import guaranteed_distance, resting_height
+from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
 from turtle_brick.physics import World
 from turtle_brick_tools import positive_int
 from turtle_brick_tools.graph import Graph
-from turtle_brick_tools.simulation import guaranteed_distance_to
+from turtle_brick_tools.simulation import guaranteed_distance, guaranteed_distance_to
 from turtle_graph.client.client import GraphClient
 from turtle_graph.client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
                                          reserved_domain, restrict_to_localhost)

@@ -36,10 +36,11 @@ from matplotlib.patches import Circle, Rectangle
 import numpy as np
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import (DETECTION_TIME, fall_time, guaranteed_distance,
-                                            resting_height)
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
-from turtle_brick_tools.simulation import outcome_counts, SimulatedDrop, TraceSample
+from turtle_brick.core.reachability import resting_height
+from turtle_brick.core.tilting_platform import PlatformShape
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
+from turtle_brick_tools.simulation import (DETECTION_TIME, fall_time, guaranteed_distance,
+                                           outcome_counts, SimulatedDrop, TraceSample)
 
 INK = '#1f2933'
 FAINT = '#9aa5b1'
@@ -71,7 +72,7 @@ STYLE: dict[Any, Any] = {
 MARGIN_COLORS = LinearSegmentedColormap.from_list('margin', [
     (0.0, '#5c1f1a'), (0.25, '#b5452f'), (0.5, '#f7b36b'),
     (0.5, '#a5dcc4'), (0.75, '#3a8fb7'), (1.0, '#183a6b')])
-"""Colormap for `Decision.margin`: red to orange for refused, green to blue for caught bricks."""
+"""Colormap for `SimulatedDrop.margin`: red to orange if refused, green to blue if caught."""
 
 FINE_DASHES = (0, (2, 2))
 
@@ -92,7 +93,8 @@ def new_figure(path: Path, width: float, height: float) -> Iterator[Figure]:
 
 def distance_without_latency(height: float, parameters: Parameters) -> float:
     """Return the maximum distance (m) to a brick that a robot without latency could catch."""
-    return parameters.max_velocity * fall_time(height, parameters) + parameters.platform_radius
+    reach = PlatformShape(parameters.platform_radius).reach
+    return parameters.max_velocity * fall_time(height, parameters) + reach
 
 
 def reachability_map(drops: Sequence[SimulatedDrop], parameters: Parameters, path: Path) -> None:

@@ -25,17 +25,17 @@ takes a few seconds. All random numbers are generated from one seed, so every ru
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import dist, hypot, inf
+from math import dist, hypot, inf, sqrt
 from random import Random
 from typing import Any, NamedTuple
 
 from turtle_brick.core import catch_logic, driving
-from turtle_brick.core.catch_logic import Catcher, DriveGoal, State, TiltCommand
+from turtle_brick.core.catch_logic import Catcher, Commands, State
 from turtle_brick.core.driving import Driver
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Vector
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import Decision, guaranteed_distance
-from turtle_brick.core.tilting_platform import Platform
+from turtle_brick.core.reachability import Decision, resting_height
+from turtle_brick.core.tilting_platform import Platform, PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, TICK, Turtle,
                                                     TurtlePose, within_arena)
@@ -46,12 +46,19 @@ TICK_NS = round(TICK / SECONDS_PER_NS)
 CATCHER_PERIOD_NS = round(catch_logic.UPDATE_PERIOD / SECONDS_PER_NS)
 """Timer periods (ns) of turtle_robot, turtlesim and the catcher."""
 
+TRANSPORT_DELAY = 0.0004
+"""Typical delay (s) of a message between two nodes on one machine. Measured: 0.2 to 0.6 ms."""
+
+DETECTION_TIME = 0.02
+"""Maximum time (s) from the release of a brick to the catcher's decision. The catcher detects
+the fall from three consecutive brick positions, at most 12 ms after the release."""
+
 
 @dataclass(frozen=True)
 class Delays:
     """Delays (s) in the live ROS graph."""
 
-    transport: float = driving.TRANSPORT_DELAY  # Time from publishing a message to receiving it.
+    transport: float = TRANSPORT_DELAY  # Time from publishing a message to receiving it.
     transforms: float = 0.0010  # Time from a cycle of turtle_robot to the resulting transform.
     tick_jitter: float = 0.0  # Standard deviation of the timer jitter in turtlesim.
     robot_jitter: float = 0.0  # Standard deviation of the timer jitter in turtle_robot.
@@ -102,7 +109,7 @@ class Simulation:
         # Messages in transit as tuples (arrival time in ns, content), sorted by arrival time.
         self._to_turtle: deque[tuple[int, float, float]] = deque()
         self._to_driver: deque[tuple[int, TurtlePose]] = deque()
-        self._to_robot: deque[tuple[int, DriveGoal | TiltCommand]] = deque()
+        self._to_robot: deque[tuple[int, Commands]] = deque()
         self._to_arena: deque[tuple[int, Platform]] = deque()
         self._transport = round(delays.transport / SECONDS_PER_NS)
         self._transform_delay = round(delays.transforms / SECONDS_PER_NS)
@@ -120,11 +127,11 @@ class Simulation:
 
     def drive_to(self, x: float, y: float) -> None:
         """Send the robot to a point (m) in the world frame, as a goal_pose message would."""
-        self._to_robot.append((self.now + self._transport, DriveGoal(x, y)))
+        self._to_robot.append((self.now + self._transport, Commands(goal=(x, y))))
 
     def tilt(self, angle: float) -> None:
         """Tilt the platform to an angle (rad), as a tilt message would."""
-        self._to_robot.append((self.now + self._transport, TiltCommand(angle)))
+        self._to_robot.append((self.now + self._transport, Commands(tilt_angle=angle)))
 
     def run(self, until: Callable[[], bool], limit: float = inf) -> bool:
         """
@@ -199,11 +206,11 @@ class Simulation:
             arrival, pose = self._to_driver.popleft()
             driver.observe(arrival * SECONDS_PER_NS, pose)
         while self._to_robot and self._to_robot[0][0] <= now:
-            _, action = self._to_robot.popleft()
-            if isinstance(action, TiltCommand):
-                self.tilt_angle = action.angle
-            else:
-                driver.drive_to(*within_arena(action.x, action.y))
+            _, commands = self._to_robot.popleft()
+            if commands.goal is not None:
+                driver.drive_to(*within_arena(*commands.goal))
+            if commands.tilt_angle is not None:
+                self.tilt_angle = commands.tilt_angle
         self.commanded = driver.command(now * SECONDS_PER_NS)
         self._to_turtle.append((now + self._transport, *self.commanded))
         # Sending robot states only when they change makes a sweep 10 % faster.
@@ -228,11 +235,13 @@ class Simulation:
     def _update_catcher(self, now: int) -> None:
         # `now` can be later than self.now because the brick's transform arrives with a delay.
         self._decided_at = now = max(now, self._decided_at)
-        for action in self.catcher.update(now, self.world.platform, now):
-            if isinstance(action, Decision):
-                self.decisions.append((self.now, action))
-            else:
-                self._to_robot.append((now + self._transport, action))
+        decision = self.catcher.decision
+        self.catcher.robot.observe(now, self.world.platform)
+        commands = self.catcher.update(now)
+        if self.catcher.decision is not None and self.catcher.decision is not decision:
+            self.decisions.append((self.now, self.catcher.decision))
+        if commands != Commands():
+            self._to_robot.append((now + self._transport, commands))
 
     def _add_jitter(self, time: int, deviation: float) -> int:
         if deviation:
@@ -267,8 +276,9 @@ class SimulatedDrop(NamedTuple):
 
     @property
     def margin(self) -> float | None:
-        """Return `Decision.margin` in seconds, or None if the catcher did not make a decision."""
-        return self.result.decision.margin if self.result.decision else None
+        """Return the brick's landing time minus the robot's arrival time, or None if undecided."""
+        decision = self.result.decision
+        return decision.available - decision.needed if decision else None
 
     @property
     def outcome(self) -> str:
@@ -308,6 +318,27 @@ class SimulatedDrop(NamedTuple):
             'tilted_x': tilted_x, 'tilted_y': tilted_y,
             'slide': result.slide_time if result.caught else None,
             'finished': result.finished}
+
+
+def fall_time(height: float, parameters: Parameters) -> float:
+    """Return the duration (s) of a free fall from a release height (m) to the level platform."""
+    depth = max(height - resting_height(parameters), 0.0)
+    return sqrt(2.0 * depth / parameters.gravity_accel)
+
+
+def guaranteed_distance(height: float, parameters: Parameters) -> float:
+    """
+    Return the largest distance (m) to a brick that a robot at rest is guaranteed to catch.
+
+    The distance is -infinity if no catch is guaranteed. `height` (m) is the release height of the
+    brick's center.
+    """
+    reach = PlatformShape(parameters.platform_radius).reach
+    time = fall_time(height, parameters) - DETECTION_TIME - parameters.command_latency
+    if time < 0.0:
+        return -inf
+    time -= driving.braking_loss(reach, parameters.max_velocity)
+    return reach + parameters.max_velocity * max(time, 0.0)
 
 
 def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:

@@ -39,7 +39,7 @@ from joblib import cpu_count, delayed, Parallel, parallel_config
 from tqdm import tqdm
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load, Parameters
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick_tools import positive_int
 from turtle_brick_tools.simulation import outcome_counts, simulate_drop, SimulatedDrop, trace
 

@@ -66,6 +66,19 @@ def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], An
     return callback
 
 
+class RecordingTurtle(Turtle):
+    """A turtle that records whether it hit a wall."""
+
+    clamped: tuple[float, float] | None = None
+    """Unclamped position (m, y down) if the turtle hit a wall in the last tick, else None."""
+
+    def clamp(self, x: float, y_down: float) -> tuple[float, float]:
+        """Stop the turtle at a wall and record the unclamped position."""
+        clamped = super().clamp(x, y_down)
+        self.clamped = None if clamped == (x, y_down) else (x, y_down)
+        return clamped
+
+
 class TurtleTopics:
     """The topics and services of one turtle."""
 
@@ -111,7 +124,8 @@ class TurtleSimNode(Node):
         for letter, color, value in (('r', 'Red', 69), ('g', 'Green', 86), ('b', 'Blue', 255)):
             self.declare_parameter(f'background_{letter}', value, ParameterDescriptor(
                 description=f'{color} channel of the background color', integer_range=[channel]))
-        self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())
+        self._sim = TurtleSim(
+            self.get_parameter('holonomic').value, self._now(), RecordingTurtle)
         self.add_post_set_parameters_callback(
             lambda _: self._sim.set_holonomic(self.get_parameter('holonomic').value))
         self._topics: dict[str, TurtleTopics] = {}

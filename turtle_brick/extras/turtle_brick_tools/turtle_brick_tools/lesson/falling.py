@@ -24,11 +24,11 @@ from matplotlib.patches import Rectangle
 import numpy as np
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import fall_time, resting_height
+from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick_tools.plots import CAUGHT, FAINT, INK, MISSED, new_figure, REFUSED
-from turtle_brick_tools.simulation import platform_at
+from turtle_brick_tools.simulation import fall_time, platform_at
 
 DT = STEP_NS * SECONDS_PER_NS
 """Duration (s) of a physics step."""

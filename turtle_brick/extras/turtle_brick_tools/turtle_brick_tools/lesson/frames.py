@@ -24,7 +24,7 @@ from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick_tools.plots import FAINT, INK, new_figure, ROBOT
 from turtle_brick_tools.simulation import Simulation
 

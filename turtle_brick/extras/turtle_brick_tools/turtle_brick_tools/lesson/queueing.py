@@ -20,12 +20,12 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from turtle_brick.core.driving import COMMAND_PERIOD, Driver, TRANSPORT_DELAY
+from turtle_brick.core.driving import COMMAND_PERIOD, Driver
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK, Turtle
 from turtle_brick_tools.plots import CAUGHT, INK, MISSED, new_figure
-from turtle_brick_tools.simulation import Simulation
+from turtle_brick_tools.simulation import Simulation, TRANSPORT_DELAY
 
 
 class SentCommand(NamedTuple):

@@ -20,15 +20,16 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from turtle_brick.core.driving import COMMAND_PERIOD, TRANSPORT_DELAY
+from turtle_brick.core.driving import COMMAND_PERIOD
 from turtle_brick.core.parameters import Parameters
-from turtle_brick.core.reachability import (DETECTION_TIME, fall_time, guaranteed_distance,
-                                            resting_height)
+from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, QUEUE_DEPTH, TICK
 from turtle_brick_tools.lesson.falling import DT
 from turtle_brick_tools.plots import (CAUGHT, distance_without_latency, FAINT, FINE_DASHES, INK,
                                       MISSED, new_figure, REFUSED, ROBOT, waterfall)
-from turtle_brick_tools.simulation import outcome_counts, simulate_drop, SimulatedDrop
+from turtle_brick_tools.simulation import (DETECTION_TIME, fall_time, guaranteed_distance,
+                                           outcome_counts, simulate_drop, SimulatedDrop,
+                                           TRANSPORT_DELAY)
 
 HEIGHTS = tuple(float(number) for number in range(1, 11))
 DISTANCES = tuple(0.2 * number for number in range(28))
