@@ -274,6 +274,16 @@ class Record:
                                  if self.is_calm(trial.begin, trial.end)])
         return calm
 
+    def single_trials(self) -> 'Iterator[Record]':
+        """Yield a copy of the record for each drive, tilt, place and drop, without the others."""
+        names = ('drives', 'tilts', 'places', 'drops')
+        for name in names:
+            for trial in getattr(self, name):
+                single = copy(self)
+                for other in names:
+                    setattr(single, other, [trial] if other == name else [])
+                yield single
+
 
 def nanoseconds_of(stamp: Any) -> int:
     """Convert a builtin_interfaces/Time to nanoseconds."""

@@ -19,6 +19,7 @@ from functools import partial
 from itertools import pairwise
 from math import atan2, dist, hypot, inf, sqrt
 from operator import itemgetter
+from statistics import median
 from typing import Any, NamedTuple
 
 from graph_client.drops import DropWatch, STILL, UNREACHABLE
@@ -27,10 +28,10 @@ from graph_client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
 from graph_client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
                                  SECONDS_PER_NS)
 import numpy
-from turtle_referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest, NEAR,
-                                       number, Open, PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
-                                       require_accepted, require_clear, require_data, Rules,
-                                       SAME_ANGLE, thin, within)
+from turtle_referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, Kind, largest,
+                                       NEAR, number, Open, PHYSICS_RATE, Plot, RATE_TOLERANCE,
+                                       require, require_accepted, require_clear, require_data,
+                                       Rules, SAME_ANGLE, thin, within)
 
 RULES = Rules()
 rule = RULES.rule
@@ -217,7 +218,8 @@ def dropped(record: Record) -> list[DropWatch]:
 
 
 @rule('drop', 'After the service responds, the brick starts falling',
-      f'the service responds, and the brick falls within {FALL_DELAY} s', ['place'])
+      f'the service responds, and the brick falls within {FALL_DELAY} s', ['place'],
+      Kind.MAGNITUDE)
 def bricks_are_dropped(record: Record) -> Finding:
     delays = []
     require_clear(record, 'place', 'drop', 'brick')
@@ -230,7 +232,7 @@ def bricks_are_dropped(record: Record) -> Finding:
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
       'the brick rests until one step before the response and moves only after the response',
-      ['drop', 'brick: hovers', 'fall: course'])
+      ['drop', 'brick: hovers', 'fall: course'], Kind.MAGNITUDE)
 def response_comes_first(record: Record) -> Finding:
     moving, begins = [], []
     for fall in falls(record):
@@ -241,7 +243,8 @@ def response_comes_first(record: Record) -> Finding:
         begins.append((released - responded) * SECONDS_PER_NS + fall.begin)
     return Finding(min(moving) > 0.0 and min(begins) >= -STEP,
                    f'earliest motion {min(moving):+.4f} s and earliest start of a fall '
-                   f'{min(begins):+.4f} s after the response, in {len(moving)} drops')
+                   f'{min(begins):+.4f} s after the response, in {len(moving)} drops',
+                   certain=median(moving) <= 0.0)
 
 
 @rule('brick: hovers', 'a service called drop that causes the brick to fall',
@@ -294,7 +297,7 @@ def falls(record: Record) -> list[MeasuredFall]:
 
 
 @rule('fall: acceleration', 'falling in gravity (using the specified gravity acceleration)',
-      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'])
+      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'], Kind.MAGNITUDE)
 def falls_have_the_acceleration(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), falls(record)
     values = [fall.acceleration for fall in found]
@@ -308,7 +311,8 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 
 @rule('fall: course', 'the brick starts falling in gravity',
-      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down')
+      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down',
+      kind=Kind.MAGNITUDE)
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = largest(fall.off for fall in found)
@@ -333,15 +337,16 @@ def judge_landing(record: Record, caught: bool) -> Finding:
         met = met and abs(height - expected) <= step + NEAR
     heights = [height for _, height in landed]
     return Finding(met, f'center of the brick at {min(heights):.3f} to {max(heights):.3f} m '
-                   f'in {len(heights)} drops')
+                   f'in {len(heights)} drops',
+                   certain=len(heights) > 1 and max(heights) - min(heights) <= NEAR)
 
 
 rule('fall: ground', 'If the brick hits … the ground it stops falling',
      'the bottom of the brick stops on the ground',
-     ['fall: acceleration'])(partial(judge_landing, caught=False))
+     ['fall: acceleration'], Kind.MAGNITUDE)(partial(judge_landing, caught=False))
 rule('fall: platform', 'If the brick hits the platform … it stops falling',
      'the bottom of the brick stops on the top of the platform',
-     ['fall: acceleration', 'URDF: numbers'])(partial(judge_landing, caught=True))
+     ['fall: acceleration', 'URDF: numbers'], Kind.MAGNITUDE)(partial(judge_landing, caught=True))
 
 
 def catches(record: Record) -> list[DropWatch]:
@@ -352,7 +357,7 @@ def catches(record: Record) -> list[DropWatch]:
 
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
       f'the brick keeps its place on the platform within {NEAR} m while the robot is at rest, and '
-      f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot'])
+      f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot'], Kind.MAGNITUDE)
 def brick_rides(record: Record) -> Finding:
     rest, moving, landing = [], [], []
     for drop in catches(record):
@@ -370,11 +375,12 @@ def brick_rides(record: Record) -> Finding:
     allowed = number(record, 'max_velocity') * MAX_LAG + NEAR
     met = largest([*rest, *landing]) <= 2.0 * NEAR and largest(moving) <= allowed
     return Finding(met, f'moved by {largest(landing):.4f} m at the landing, {largest(rest):.4f} m '
-                   f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides')
+                   f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides',
+                   certain=median(rest) > 10.0 * NEAR)
 
 
 @rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
-      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses')
+      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses', kind=Kind.MAGNITUDE)
 def brick_has_the_angle(record: Record) -> Finding:
     off, level = [], 0
     for begin, end in record.trial_spans():
@@ -392,7 +398,8 @@ def brick_has_the_angle(record: Record) -> Finding:
         raise Open('the poses of the brick and the platform were never known at the same time')
     usual = largest(sorted(off)[:len(off) - len(off) // 100])
     return Finding(usual <= SAME_ANGLE, f'at most {usual:.4f} rad apart in {len(off)} inclined '
-                   f'poses, and {level} level poses')
+                   f'poses, and {level} level poses',
+                   certain=bool(off) and median(off) > SAME_ANGLE)
 
 
 def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[float, Plot]:
@@ -416,7 +423,7 @@ def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
       f'g sin(angle) down the slope, within {SLIDE_DEVIATION} m',
-      ['fall: acceleration', 'brick: rides'])
+      ['fall: acceleration', 'brick: rides'], Kind.MAGNITUDE)
 def slides_are_frictionless(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), []
     for drop in catches(record):
@@ -434,7 +441,7 @@ def slides_are_frictionless(record: Record) -> Finding:
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
       'the slide stays on the plane of the platform and ends when the trailing edge has cleared '
-      'the platform', ['slide: law'])
+      'the platform', ['slide: law'], Kind.MAGNITUDE)
 def slides_end_at_the_edge(record: Record) -> Finding:
     radius, clearances, heights = number(record, 'platform_radius'), [], []
     for drop in catches(record):
@@ -479,7 +486,8 @@ def name_of(drop: DropWatch) -> str:
 
 
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
-      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
+      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'],
+      Kind.MAGNITUDE)
 def verdicts_come_in_time(record: Record) -> Finding:
     # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
@@ -494,7 +502,7 @@ def verdicts_come_in_time(record: Record) -> Finding:
 
 @rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
       'a brick is caught if and only if it was not called Unreachable',
-      ['verdict: out of reach', 'verdict: in reach'])
+      ['verdict: out of reach', 'verdict: in reach'], Kind.MAGNITUDE)
 def verdicts_come_true(record: Record) -> Finding:
     drops = completed(record)
     return from_faults([
@@ -563,7 +571,8 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
-      'each brick within reach is caught', ['verdict: in time', 'drive: goal'])
+      'each brick within reach is caught', ['verdict: in time', 'drive: goal'],
+      Kind.MAGNITUDE)
 def reachable_bricks_are_caught(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.should_be_caught)
     return from_faults([

@@ -17,16 +17,17 @@ from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
 from math import asin, copysign, degrees, dist, hypot, isfinite
+from statistics import median
 from typing import Any
 
 from graph_client.geometry import angle_between, Array, CENTER, inclination, pose
 from graph_client.record import (Drive, Frame, message_rate, Received, Record, Sample,
                                  SECONDS_PER_NS, stamp_of)
 from turtle_referee.rules.robot_model import model
-from turtle_referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest, NEAR,
-                                       number, Open, PHYSICS_RATE, Plot, RATE_TOLERANCE, require,
-                                       require_accepted, require_clear, require_data, Rules,
-                                       SAME_ANGLE, thin, within)
+from turtle_referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, Kind, largest,
+                                       NEAR, number, Open, PHYSICS_RATE, Plot, RATE_TOLERANCE,
+                                       require, require_accepted, require_clear, require_data,
+                                       Rules, SAME_ANGLE, thin, within)
 
 RULES = Rules()
 rule = RULES.rule
@@ -177,9 +178,10 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
 
 for name in ('cmd_vel', 'odom', 'joint_states', 'base_link'):
     rule(f'rate: {name}', 'All publishing and broadcasting shall be done at 100 Hz',
-         f'{RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(partial(judge_rate, name=name, nominal=RATE))
+         f'{RATE:g} Hz ± {RATE_TOLERANCE:.0%}', kind=Kind.RATE)(
+             partial(judge_rate, name=name, nominal=RATE))
 rule('rate: brick', 'The node should simulate the physics at 250 Hz',
-     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(
+     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}', kind=Kind.RATE)(
          partial(judge_rate, name='brick', nominal=PHYSICS_RATE))
 
 
@@ -223,7 +225,7 @@ def odometry_equals_tf(record: Record) -> Finding:
 
 
 @rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel',
-      'the twist equals a recent cmd_vel in 99 of 100 messages')
+      'the twist equals a recent cmd_vel in 99 of 100 messages', kind=Kind.MAGNITUDE)
 def twist_is_command(record: Record) -> Finding:
     messages(record, 'odom')
     equal = []
@@ -234,7 +236,8 @@ def twist_is_command(record: Record) -> Finding:
             twist = velocity(odometry.message.twist)
             equal.append(any(dist(twist, velocity(command.message)) < 1e-6 for command in recent))
     return Finding(sum(equal) >= 0.99 * len(equal),
-                   f'equal in {sum(equal)} of {len(equal)} messages')
+                   f'equal in {sum(equal)} of {len(equal)} messages',
+                   certain=sum(equal) < 0.5 * len(equal))
 
 
 @rule('joint_states: names', 'Publishing the joint_states of the turtle robot',
@@ -251,7 +254,8 @@ def joints_are_published(record: Record) -> Finding:
 
 
 @rule('joint_states: velocity', 'based on the wheel radius and the forward velocity',
-      f"0 at rest, with an integral within {VELOCITY_TOLERANCE:.0%} of the wheel's rotation")
+      f"0 at rest, with an integral within {VELOCITY_TOLERANCE:.0%} of the wheel's rotation",
+      kind=Kind.MAGNITUDE)
 def joints_have_their_velocity(record: Record) -> Finding:
     if not any(len(state.message.velocity) for state in messages(record, 'joint_states')):
         raise Open('no velocity is published, and none is required')
@@ -266,7 +270,8 @@ def joints_have_their_velocity(record: Record) -> Finding:
                         for (a, v), (b, w) in pairwise(speeds))
     met = at_rest <= EXACT and abs(integral - rotation) <= VELOCITY_TOLERANCE * abs(rotation)
     return Finding(met, f'at most {at_rest:.3f} rad/s at rest, integral {integral:.1f} rad, '
-                   f'rotation {rotation:.1f} rad')
+                   f'rotation {rotation:.1f} rad',
+                   certain=at_rest > EXACT or integral * rotation < 0.0)
 
 
 @rule('URDF: base_link', 'A base_link that … is represented by a cube', 'base_link is a cube')
@@ -390,14 +395,14 @@ def deviations(record: Record) -> Iterator[tuple[float, float]]:
 
 
 @rule('drive: straight', 'the stem points in that direction and then the robot translates',
-      f'at most {PRECISION} m beside the line from start to goal')
+      f'at most {PRECISION} m beside the line from start to goal', kind=Kind.MAGNITUDE)
 def drives_are_straight(record: Record) -> Finding:
     return within(PRECISION, [abs(side) for _, side in deviations(record)],
                   'the robot was not observed', 'at most {:.3f} m beside the line in {} poses')
 
 
 @rule('drive: overshoot', 'driving the robot toward the goal pose',
-      f'at most {PRECISION} m beyond the goal', ['drive: speed'])
+      f'at most {PRECISION} m beyond the goal', ['drive: speed'], Kind.MAGNITUDE)
 def drives_do_not_overshoot(record: Record) -> Finding:
     return within(PRECISION, [along for along, _ in deviations(record)],
                   'the robot was not observed', 'at most {:.3f} m beyond the goal in {} poses')
@@ -432,7 +437,7 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
 @rule('drive: rolling', 'the wheel is rolling without slipping',
       f'wheel angle x wheel_radius = driven distance within {MAX_SLIP:.0%}, in the direction of '
       'the motion', ['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link',
-                     'frames: robot'])
+                     'frames: robot'], Kind.MAGNITUDE)
 def wheel_does_not_slip(record: Record) -> Finding:
     points = [driven_and_rolled(record, drive) for drive in drives(record)]
     driven, rolled = zip(*points)
@@ -440,7 +445,8 @@ def wheel_does_not_slip(record: Record) -> Finding:
     text = f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} drives'
     return Finding(met, text, Plot(
         'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
-        (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])))
+        (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])),
+                   certain=median(rolled) <= 0.0)
 
 
 def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> float:
@@ -452,7 +458,7 @@ def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> 
 
 @rule('drive: stem first', 'the stem points in that direction and then the robot translates',
       f'the stem has turned to within {MAX_MISALIGNMENT:g} degrees before the robot moves',
-      ['drive: stem'])
+      ['drive: stem'], Kind.MAGNITUDE)
 def stem_turns_first(record: Record) -> Finding:
     lead_times = []
     for drive in drives(record):
