@@ -23,6 +23,7 @@ from enum import Enum
 import re
 from typing import Any, NamedTuple, TypeVar
 
+from graph_client.processes import LACKS
 from graph_client.record import Record, Request
 import numpy
 
@@ -167,13 +168,16 @@ class Rules(list[Rule]):
         else:
             judgments = [rule(record) for rule in self]
         causes = self.causes({one.name: one.measured for one in judgments if one.mark == FAILED})
-        crashed = [crash.partition(': ')[0] for crash in record.crashes]
         absent = {one.name for one in judgments if one.absent}
-        for name, found in causes.items():
-            if crashed and absent.intersection([name, *found]):
-                causes[name] = crashed
+        crashed = {name for name, found in causes.items()
+                   if record.crashes and absent.intersection([name, *found])}
+        causes.update(dict.fromkeys(crashed, record.crashes))
         judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
                                   follows=causes.get(one.name, ())) for one in judgments]
+        lacks = '; '.join(filter(LACKS.search, record.crashes))
+        if lacks:  # The graph may be correct in an environment that contains everything.
+            judgments = [one._replace(mark=OPEN, measured=lacks, follows=())
+                         if one.name in crashed else one for one in judgments]
         order = (FAILED, OPEN, MET)
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
