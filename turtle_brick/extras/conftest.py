@@ -14,7 +14,6 @@
 """Configure the isolation, the excluded files and the order of the tests."""
 
 from collections.abc import Iterator
-import contextlib
 from importlib.util import find_spec
 from pathlib import Path
 import runpy

@@ -15,8 +15,8 @@
 """
 Test whether the graph recovers from killed nodes, frozen nodes and random messages.
 
-    python3 turtle_brick/extras/turtle_brick_tools/test/chaos.py kills [PATTERN]    each fault in each node at each stage
-    python3 turtle_brick/extras/turtle_brick_tools/test/chaos.py messages [COUNT]   random messages on topics and services
+    python3 chaos.py kills [PATTERN]    each fault in each node at each stage
+    python3 chaos.py messages [COUNT]   random messages on topics and services
 
 The graph must recover from each fault and each series of 1000 random messages. The robot must then
 catch a brick and tip it off its platform at the arena center. The test ends at the first failure.

@@ -15,7 +15,7 @@
 """
 Drop bricks in a ROS graph on three hosts with slow links between them.
 
-    python3 turtle_brick/extras/turtle_brick_tools/test/far.py --delay 30 --jitter 5 --latency 0.2 --drops 40
+    python3 far.py --delay 30 --jitter 5 --latency 0.2 --drops 40
 
 The hosts are network namespaces on this machine. The first host runs the robot, the second runs
 the catcher, and the third runs the arena. A software switch delays Ethernet frames. The program

@@ -41,7 +41,7 @@ CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback)
 
 @pytest.mark.parametrize('output, expected', (
     (IMPORT_ERROR + DIED.format('catcher-3', 1), 'catcher crashed: ModuleNotFoundError: No module '
-     "named 'nonsuch' (the environment lacks nonsuch)"),
+     "named 'nonsuch' (the workspace and this installation of ROS do not contain nonsuch)"),
     (IMPORT_ERROR, ''),  # The catcher logged a traceback but did not exit.
     (DIED.format('arena-2', -11), 'arena crashed: exit status -11'),
     (DIED.format('arena-2', -2), ''),  # ros2 launch stopped this process.
@@ -49,10 +49,12 @@ CAUGHT = '[ERROR] [launch]: Caught exception in launch (see debug for traceback)
      'Captured stderr output:\nload_yaml() is\ndeprecated\n\n[INFO] [launch]: x\n',
      'xacro printed an error or a warning, which stops the launch: load_yaml() is deprecated'),
     (f"{CAUGHT}\"package 'rviz2' not found, searching: ['/a', '/b']\"\n",
-     "package 'rviz2' not found (the environment lacks rviz2)"),
+     "package 'rviz2' not found (the workspace and this installation of ROS do not contain "
+     'rviz2)'),
     (f'{CAUGHT}Caught multiple exceptions when trying to load file of format [py]:\n'
      " - ModuleNotFoundError: No module named 'turtle_brick'\n - Error: unknown format\n",
-     "ModuleNotFoundError: No module named 'turtle_brick' (the workspace lacks turtle_brick)")))
+     "ModuleNotFoundError: No module named 'turtle_brick' (the workspace does not contain "
+     'turtle_brick)')))
 def test_the_error_of_a_launch_is_one_sentence(output, expected):
     assert explain_missing(launch_error(output)) == expected
 

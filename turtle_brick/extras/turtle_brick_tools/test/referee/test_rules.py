@@ -13,20 +13,24 @@
 # limitations under the License.
 """Test each rule of the referee with correct and faulty simulated records."""
 
+from copy import deepcopy
 from functools import partial
+from itertools import pairwise
 from math import atan2, inf, nan, pi, radians, sin, sqrt
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
-from geometry_msgs.msg import Twist
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, TransformStamped, Twist
 from nav_msgs.msg import Odometry
 import numpy
 import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
 from turtle_graph.client.drops import DropWatch
-from turtle_graph.client.geometry import CENTER, Pose, pose, turn, UPRIGHT
+from turtle_graph.client.geometry import CENTER, pose, Pose, turn, UPRIGHT
+from turtle_graph.client.processes import explain_missing
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import (Drive, Frame, NS_PER_SECOND, Received, ReceivedMarker,
                                         Record, Request, Sample, SECONDS_PER_NS)
@@ -348,6 +352,14 @@ def remove_verdict(record, _):
     record.markers = [received for received in record.markers if received.topic != '/text']
 
 
+def delay_odometry(record, seconds):
+    """Publish each pose on odom `seconds` late."""
+    number, received = round(seconds * 100.0), record.topics['odom']
+    poses = [one.message.pose for one in received]
+    for one, old in zip(received, [*poses[:1] * number, *poses]):
+        one.message.pose = old
+
+
 FAULTS = (
     ('frames: world', lambda record, parent: add_transforms(
         record, 'lost', parent, [(0.0, pose(CLOSE))]), ('odom',), ('nowhere',)),
@@ -375,6 +387,7 @@ FAULTS = (
      (), (0.1, -4.8)),
     ('odom: pose', lambda record, z: change(record, 'odom', 0.2, 'pose.pose.orientation.z', z),
      (0.005,), (0.05, -0.05)),
+    ('odom: pose', delay_odometry, (0.09,), (0.15,)),
     ('joint_states: names', lambda record, name: setattr(
         record.topics['joint_states'][5].message, 'name', [name]),
      ('wheel_joint',), ('antenna_joint',)),
@@ -507,23 +520,155 @@ def test_rates_are_measured_by_stamps(rate, met):
     assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
 
 
-def test_a_fault_outside_a_stall_fails():
+def test_a_magnitude_is_judged_in_calm_trials_only():
     record = make_record((drive,))
     change_request(record, 'drives', goal=CENTER, start=(0.0, 0.0))
     # Drives are not judged within 1 s after a machine stall. The second drive is correct.
-    for begin, expected in ((-3.0, FAILED), (-0.9, OPEN), (0.2, OPEN), (1.5, FAILED)):
+    for begin, expected in ((-3.0, FAILED), (-0.9, MET), (0.2, OPEN), (1.5, FAILED)):
         record.stalls = [(at(begin), at(begin + 0.1))]
-        found, = judge(record, 'drive: goal')
+        found, = judge(record, 'drive: overshoot')
         assert found.mark == expected
         assert ('the machine was overloaded in' in found.measured) == (expected == OPEN)
 
 
-def test_a_fault_during_a_stall_is_open():
-    record = make_record(rate=10.0, gravity=15.0, slip=2.0, drift=1.0)
+def test_faults_during_a_stall_fail_unless_the_load_explains_them():
+    record = make_record(rate=10.0, gravity=15.0, slip=1.5)
     remove_verdict(record, None)
     record.stalls = [(at(-1.0), at(10.0))]
     failed = {one.name for one in referee.RULES.judge(record) if one.mark == FAILED}
-    assert failed == set()
+    assert failed == {'verdict: out of reach', 'text: kind', 'text: time'}
+    backward = make_record(slip=-1.0, drift=0.006)
+    backward.stalls = record.stalls
+    failed = {one.name for one in referee.RULES.judge(backward) if one.mark == FAILED}
+    assert failed == {'drive: rolling', 'brick: floats'}
+
+
+def test_the_load_explains_a_late_odometry_but_not_a_mirrored_one():
+    late, mirrored = make_record((drive,)), make_record((drive,))
+    delay_odometry(late, 0.3)
+    for received in mirrored.topics['odom']:
+        received.message.pose.pose.position.x *= -1.0
+    for record, expected in ((late, OPEN), (mirrored, FAILED)):
+        record.stalls = [(at(-1.0), at(10.0))]
+        assert judge(record, 'odom: pose')[0].mark == expected
+
+
+def turned_marker(kind, x, y, size, axis):
+    """Return a marker that becomes a wall of a given size (m) after a quarter turn."""
+    marker = box('world', x, y, size)
+    marker.type, marker.pose.orientation.w = kind, sqrt(0.5)
+    setattr(marker.pose.orientation, axis, sqrt(0.5))
+    return marker
+
+
+def marker_of_points(kind, *points):
+    marker = Marker(type=kind, points=[Point(x=x, y=y, z=z) for x, y, z in points])
+    marker.header.frame_id = 'world'
+    marker.scale.x = marker.color.a = 1.0
+    return marker
+
+
+A, B, C, D = ((x, y, 0.0) for x, y in ((0.0, 0.0), (11.1, 0.0), (11.1, 11.1), (0.0, 11.1)))
+WALLS = (
+    [turned_marker(Marker.CUBE, x, 5.5, (1.0, 4.0, 11.1), 'x') for x in (-0.5, 11.6)]
+    + [turned_marker(Marker.CUBE, 5.5, y, (0.2, 11.1, 4.0), 'z') for y in (0.0, 11.1)],
+    [turned_marker(Marker.CYLINDER, x, 5.5, (0.2, 0.2, 11.1), 'x') for x in (0.0, 11.1)]
+    + [turned_marker(Marker.CYLINDER, 5.5, y, (0.2, 0.2, 11.1), 'y') for y in (0.0, 11.1)],
+    [marker_of_points(Marker.LINE_STRIP, A, B, C, D, A)],
+    [marker_of_points(Marker.LINE_LIST, A, B, D, C, B, C, A, D)],
+    [marker_of_points(Marker.TRIANGLE_LIST, *(
+        corner for a, b in pairwise((A, B, C, D, A)) for corner in (a, b, (*b[:2], 1.0))))],
+    [box('world', 5.5, 0.0, (11.1, 0.1, 0.5)), box('world', 5.5, 11.1, (11.1, 0.1, 0.5)),
+     box('world', 0.0, 5.5, (0.1, 11.1, 0.5)), box('world', 11.1, 5.5, (0.1, 11.1, 0.5)),
+     box('world', 5.5, 5.5, (11.1, 11.1, 0.1))])
+"""Markers of walls. The last ones include a floor."""
+WALLS[-1][-1].pose.position.z = -0.05
+
+
+@pytest.mark.parametrize('markers', WALLS)
+def test_walls_are_where_the_corners_of_their_markers_are(markers):
+    for off, mark in ((0.0, MET), (0.6, FAILED)):
+        record = make_record((drive,))
+        del record.markers[:4]
+        for marker in deepcopy(markers):
+            marker.pose.position.x += off
+            add_marker(record, marker, -0.5, '/boundary')
+        assert [one.mark for one in judge(record, 'walls: size')] == [mark]
+        assert not off or judge(record, 'walls: size')[0].measured.startswith('x from ')
+
+
+def test_a_marker_that_moves_with_the_brick_is_its_marker():
+    rules = ('brick marker: place', 'brick marker: visible', 'fall: ground', 'walls: size')
+    for seconds in ((-0.5, 2.0, 4.0, 5.1, 6.0), (-0.5,)):
+        record = make_record()
+        del record.markers[4]
+        record.latched['/visualization_marker'] = True
+        for now in seconds:
+            marker = box('world')
+            place = marker.pose.position
+            place.x, place.y, place.z = record.pose('brick', at(now)).position
+            record.markers.append(ReceivedMarker(at(now), '/visualization_marker', marker))
+        found = {one.name: one.mark for one in judge(record, *rules)}
+        failed = [] if len(seconds) > 1 else ['brick marker: place']
+        assert [name for name, mark in found.items() if mark != MET] == failed
+
+
+def test_a_marker_in_the_frame_of_the_brick_is_its_marker():
+    record = make_record()
+    record.profile.frames['brick'] = 'block'
+    record.frames['block'] = record.frames.pop('brick')
+    record.markers[4] = ReceivedMarker(at(-0.5), '/visualization_marker', box('block'))
+    record.latched['/visualization_marker'] = True
+    assert {one.mark for one in referee.RULES.judge(record)} == {MET}
+
+
+def test_a_link_is_where_its_visual_is():
+    record, robot = make_record((drive,)), ElementTree.fromstring(URDF)
+    for link in robot.findall('link'):
+        # Move the visual of each link to a new link that is fixed to it, 0.4 m higher.
+        name = link.get('name')
+        other, joint = (ElementTree.SubElement(robot, tag, {'name': f'{name}_{tag}'})
+                        for tag in ('link', 'joint'))
+        joint.set('type', 'fixed')
+        for tag, key, value in (('parent', 'link', name), ('child', 'link', f'{name}_link'),
+                                ('origin', 'xyz', '0 0 0.4')):
+            ElementTree.SubElement(joint, tag, {key: value})
+        for visual in link.findall('visual'):
+            link.remove(visual)
+            other.append(visual)
+            origin = visual.find('origin')
+            if origin is None:
+                origin = ElementTree.SubElement(visual, 'origin', {'xyz': '0 0 0'})
+            x, y, z = map(float, origin.get('xyz', '0 0 0').split())
+            origin.set('xyz', f'{x} {y} {z - 0.4}')
+    add_message(record, 'robot_description',
+                SimpleNamespace(data=ElementTree.tostring(robot, 'unicode')), -0.4)
+    names = [name for name in NAMES if name.startswith('URDF')]
+    assert [one.name for one in judge(record, *names) if one.mark != MET] == []
+
+
+def test_a_wheel_is_on_the_ground_if_its_visual_is():
+    record = make_record((drive,))
+    _, edit, *_ = urdf('', "link[@name='wheel']/visual/origin", 'xyz')
+    edit(record, '0 0 0.3')
+    assert judge(record, 'frames: robot')[0].mark == FAILED
+    place, axes = record.frames.pop('wheel').samples[0].pose
+    add_transforms(record, 'wheel', 'stem', [(-0.5, Pose(place - (0.0, 0.0, 0.3), axes))], True)
+    assert judge(record, 'frames: robot')[0].mark == MET
+
+
+def test_a_wrong_timestamp_fails_one_rule():
+    record = make_record((drive, fall))
+    for number, sample in enumerate(record.frames.pop('brick').samples):
+        transform = TransformStamped(child_frame_id='brick')
+        transform.header.frame_id, place = sample.parent, transform.transform.translation
+        place.x, place.y, place.z = map(float, sample.pose.position)
+        record.add_transform(sample.stamp, number, transform, False)
+    for received in record.topics['odom']:
+        received.message.header.stamp = Time()
+    found, = (one for one in referee.RULES.judge(record) if one.mark == FAILED)
+    assert found.name == 'frames: broadcasters'
+    assert found.measured.endswith('far from the current time: brick, messages on odom')
 
 
 def test_velocities_are_judged_only_if_they_are_published():
@@ -544,9 +689,41 @@ def test_an_absent_topic_breaks_many_rules_with_one_cause():
     found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
     assert {one.measured for one in found} == {'there is no robot_description'}
     assert [one.follows for one in found] == [[], *[['frames: robot']] * (len(found) - 1)]
-    record.crashes = ['publisher crashed: exit status 1']
+    crash = 'publisher crashed: exit status 1'
+    record.crashes = [crash]
     found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
-    assert {tuple(one.follows) for one in found} == {('publisher crashed',)}
+    assert {tuple(one.follows) for one in found} == {(crash,)}
+
+
+def record_of_crash(crash):
+    """Return a record without the messages and transforms of a robot that crashed."""
+    record = make_record()
+    for name in ('cmd_vel', 'odom', 'joint_states'):
+        record.topics[name].clear()
+    for name in ('odom', 'base_link', 'stem', 'wheel', 'platform'):
+        del record.frames[name]
+    record.drives.clear()
+    record.drops.pop()
+    record.crashes = [crash]
+    return referee.RULES.judge(record)
+
+
+def test_what_a_crash_causes_is_said_once():
+    crash = "turtle_robot crashed: LookupException: 'odom' does not exist"
+    found = [one for one in record_of_crash(crash) if one.mark == FAILED]
+    assert {tuple(one.follows) for one in found} == {(crash,)}
+    assert {'frames: world', 'frames: robot', 'rate: odom'} <= {one.name for one in found}
+
+
+def test_what_the_environment_lacks_fails_no_rule():
+    crash = explain_missing('turtle_robot crashed: This environment does not contain tf2_kdl')
+    found = record_of_crash(crash)
+    assert {one.mark for one in found} == {OPEN, MET}
+    assert {one.measured for one in found if one.name == 'frames: world'} == {crash}
+    ours = explain_missing("robot crashed: ModuleNotFoundError: No module named 'turtlesim_msgs'")
+    assert ours.endswith('(the workspace and this installation of ROS do not contain '
+                         'turtlesim_msgs)')
+    assert FAILED in {one.mark for one in record_of_crash(ours)}
 
 
 def test_a_part_of_the_interface_that_cannot_be_used_is_open():

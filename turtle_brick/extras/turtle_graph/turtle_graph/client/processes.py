@@ -36,6 +36,8 @@ LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^
 """Pattern for the error that ends ros2 launch, with a group for the whole message."""
 MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
 """Pattern for an error message with the name of a missing package or Python module."""
+LACKS = re.compile(r'[Tt]his environment|stand-in for')
+"""Pattern for an error message about a part of ROS that only the environment lacks."""
 
 
 def launch_error(output: str) -> str:
@@ -53,12 +55,15 @@ def launch_error(output: str) -> str:
 
 
 def explain_missing(error: str) -> str:
-    """Extend an error message to say that the workspace or the environment lacks a package."""
+    """Extend an error message to say whether the workspace or the environment lacks a package."""
     error = error.partition(', searching: ')[0].strip('"')
+    if LACKS.search(error):
+        return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
     for name in (a or b for a, b in MISSING.findall(error)):
-        place = 'workspace' if name.startswith('turtle_brick') else 'environment'
-        return f'{error} (the {place} lacks {name})'
-    return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
+        own = name.startswith('turtle_brick')
+        places = 'workspace does' if own else 'workspace and this installation of ROS do'
+        return f'{error} (the {places} not contain {name})'
+    return error
 
 
 def crashes(output: str) -> list[str]:

@@ -35,8 +35,8 @@ MAX_LATENESS_NS = 15_000_000
 """Delay (ns) of the observer above which a stall is recorded."""
 STALL_AFTERMATH_NS = NS_PER_SECOND
 """Time (ns) after the end of a stall during which the stall may still affect trials."""
-MAX_AHEAD_NS = 5_000_000_000
-"""Maximum time (ns) by which a timestamp may be ahead of the publication time."""
+MAX_STAMP_ERROR_NS = 5_000_000_000
+"""Maximum difference (ns) between a timestamp and the publication time."""
 MAX_DEPTH = 30
 """Maximum number of frames in the chain from a frame to the world frame."""
 OVERLOADED = 'the machine was overloaded'
@@ -113,6 +113,7 @@ class Frame:
         """Create an empty frame. The transform of a static frame is valid at all times."""
         self.static = static
         self.on_both_topics = False  # True if the frame is broadcast on both /tf and /tf_static.
+        self.wrong_stamps = False  # Whether a timestamp is far from the publication time.
         self.samples: list[Sample] = []  # Transforms, sorted by timestamp.
         self.published: list[tuple[int, Sample]] = []  # With publication times (ns).
         self.sequence_numbers: list[int] = []  # Each publisher numbers its messages separately.
@@ -180,13 +181,14 @@ class Record:
             self.notes.append(text)
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
-        """Store a geometry_msgs/TransformStamped unless its timestamp is far in the future."""
+        """Store a geometry_msgs/TransformStamped."""
         p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
-        if stamp - published > MAX_AHEAD_NS:
-            return  # A timestamp far in the future would always be the latest one.
         frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
+        if abs(stamp - published) > MAX_STAMP_ERROR_NS:
+            frame.wrong_stamps = frame.wrong_stamps or not static
+            stamp = published
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
                                             pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
 
@@ -274,6 +276,16 @@ class Record:
                                  if self.is_calm(trial.begin, trial.end)])
         return calm
 
+    def single_trials(self) -> 'Iterator[Record]':
+        """Yield a copy of the record for each drive, tilt, place and drop, without the others."""
+        names = ('drives', 'tilts', 'places', 'drops')
+        for name in names:
+            for trial in getattr(self, name):
+                single = copy(self)
+                for other in names:
+                    setattr(single, other, [trial] if other == name else [])
+                yield single
+
 
 def nanoseconds_of(stamp: Any) -> int:
     """Convert a builtin_interfaces/Time to nanoseconds."""
@@ -284,7 +296,7 @@ def stamp_of(received: Received) -> int:
     """Return a message's timestamp (ns), or its publication time if the timestamp is invalid."""
     header = getattr(received.message, 'header', None)
     stamp = nanoseconds_of(header.stamp) if header else 0
-    return stamp if abs(stamp - received.published) < MAX_AHEAD_NS else received.published
+    return stamp if abs(stamp - received.published) < MAX_STAMP_ERROR_NS else received.published
 
 
 def message_rate(times: Sequence[float]) -> float:

@@ -16,19 +16,20 @@
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, product
 from math import atan2, dist, hypot, inf, sqrt
 from operator import itemgetter
+from statistics import median
 from typing import Any, NamedTuple
 
 import numpy
 from turtle_graph.client.drops import DropWatch, STILL, UNREACHABLE
 from turtle_graph.client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
-                                          distance_to_rectangle, inclination, Pose, pose)
+                                          distance_to_rectangle, inclination, pose, Pose)
 from turtle_graph.client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
                                         SECONDS_PER_NS)
-from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
-                                             NEAR, number, Open, PHYSICS_RATE, Plot,
+from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, Kind,
+                                             largest, NEAR, number, Open, PHYSICS_RATE, Plot,
                                              RATE_TOLERANCE, require, require_accepted,
                                              require_clear, require_data, Rules, SAME_ANGLE, thin,
                                              within)
@@ -37,7 +38,7 @@ RULES = Rules()
 rule = RULES.rule
 
 WALL_TOLERANCE = 0.3
-"""Maximum distance (m) between the center of a wall and the edge of the arena."""
+"""Maximum distance (m) between a wall and the edge of the arena."""
 MARKER_PERIOD = 2.0
 """Maximum interval (s) between repeated markers on a topic that is not latched."""
 FALL_DELAY = 0.5
@@ -50,10 +51,20 @@ SLIDE_DEVIATION = 0.04
 """Maximum distance (m) between the measured and computed positions of a sliding brick."""
 EARLY_END, LATE_END = 0.02, 0.08
 """Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
-CUBE, TEXT, ADD = 1, 9, 0
-"""The marker types CUBE and TEXT_VIEW_FACING, and the marker action ADD."""
+CUBE, CYLINDER, LINE_STRIP, LINE_LIST, TEXT, TRIANGLE_LIST = 1, 3, 4, 5, 9, 11
+"""Marker types."""
+ADD = 0
+"""The marker action ADD."""
+CORNERS = numpy.array(list(product((-0.5, 0.5), repeat=3)))
+"""The eight corners of a box of size 1."""
 MIN_WALL_LENGTH = 5.0
-"""Minimum length (m) of a box marker that is considered to be a wall."""
+"""Minimum length (m) of a part of a marker that is considered to be a wall."""
+MAX_WALL_RATIO = 0.5
+"""Maximum ratio of the width of a wall to its length. A floor is wider."""
+MARKER_DISTANCE = 0.1
+"""Typical maximum distance (m) between the brick and a marker that moves with it."""
+MARKER_SAMPLES = 50
+"""Approximate number of positions of a marker that are compared with the brick."""
 STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics simulation."""
 LAGS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
@@ -89,44 +100,95 @@ def shown_markers(record: Record) -> list[ReceivedMarker]:
                  for received in record.markers if received.marker.action == ADD}.values())
 
 
-def walls(record: Record) -> list[ReceivedMarker]:
-    """Return the box markers at least MIN_WALL_LENGTH long, or raise Failed if there are none."""
-    return require([
-        received for received in shown_markers(record) if received.marker.type == CUBE
-        and max(received.marker.scale.x, received.marker.scale.y) >= MIN_WALL_LENGTH
-    ] or None, 'no box marker is as long as a wall')
+def parts(marker: Any) -> Array:
+    """Return the corners (m) of each box, line or triangle of a marker, in the marker's frame."""
+    if marker.type in (CUBE, CYLINDER):
+        return CORNERS[None] * (marker.scale.x, marker.scale.y, marker.scale.z)
+    points = numpy.array([(point.x, point.y, point.z) for point in marker.points]).reshape(-1, 3)
+    if marker.type == LINE_STRIP:
+        return numpy.stack((points[:-1], points[1:]), axis=1)
+    count = {LINE_LIST: 2, TRIANGLE_LIST: 3}.get(marker.type, len(points) + 1)
+    return points[:len(points) // count * count].reshape(-1, count, 3)
+
+
+class Wall(NamedTuple):
+    """A wall with its marker and its lowest and highest coordinates (m) in the world frame."""
+
+    received: ReceivedMarker
+    low: Array
+    high: Array
+
+
+def walls(record: Record) -> list[Wall]:
+    """Return the parts of markers that have the shape of walls, or raise Failed without any."""
+    found, (_, time) = [], record.trial_spans()[0]
+    for received in shown_markers(record):
+        corners = parts(received.marker)
+        corners = corners[numpy.ptp(corners, axis=1).max(axis=1) >= MIN_WALL_LENGTH]
+        if len(corners):
+            corners = pose_of_marker(record, received, time).transform(corners)
+            found += [Wall(received, *ends) for ends in zip(corners.min(1), corners.max(1))]
+    sizes = [sorted((wall.high - wall.low)[:2]) for wall in found]
+    return require([wall for wall, (width, length) in zip(found, sizes)
+                    if length >= MIN_WALL_LENGTH and width <= MAX_WALL_RATIO * length
+                    ] or None, 'no marker has the shape of a wall')
 
 
 @rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system',
       f'walls at 0 and {ARENA_SIZE:.2f} m ± {WALL_TOLERANCE} m, along the edges, above the ground')
 def walls_are_at_the_edges(record: Record) -> Finding:
-    sides: tuple[list[float], list[float]] = ([], [])
+    sides: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])
     ends, heights = [], []
-    for received in walls(record):
-        there = pose_of_marker(record, received, record.idle[0][1])
-        size = abs(there.axes) @ (received.marker.scale.x, received.marker.scale.y, 0.0)
+    for _, low, high in walls(record):
+        size, middle = high - low, (low + high) / 2.0
         thin_axis = int(size[1] < size[0])
-        sides[thin_axis].append(there.position[thin_axis])
-        middle, half_length = there.position[1 - thin_axis], size[1 - thin_axis] / 2.0
-        ends += [half_length - middle, middle + half_length - ARENA_SIZE]
-        heights.append(there.position[2])
+        sides[thin_axis].append((middle[thin_axis], size[thin_axis] / 2.0))
+        ends += [-low[1 - thin_axis], high[1 - thin_axis] - ARENA_SIZE]
+        heights.append(middle[2])
     if not all(sides):
         raise Failed('some sides have no wall')
     found = [end(side) for side in sides for end in (min, max)]
-    off = largest(abs(a - b) for a, b in zip(found, (0.0, ARENA_SIZE) * 2))
+    off = largest(abs(place - edge) - half_width
+                  for (place, half_width), edge in zip(found, (0.0, ARENA_SIZE) * 2))
     met = off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE and min(heights) >= 0.0
-    return Finding(met, 'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*found)
+    places = [place for place, _ in found]
+    return Finding(met, 'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*places)
                    + f', {largest(ends):.2f} m beyond the corners, center at a height of at least '
                    f'{min(heights):.2f} m')
 
 
 def brick_markers(record: Record) -> list[ReceivedMarker]:
     """Return all markers that show the brick, or raise Failed if there are none."""
-    return require([
-        received for received in record.markers
-        if received.marker.type != TEXT and received.marker.action == ADD and 'brick' in (
-            received.marker.header.frame_id + received.topic + received.marker.ns).lower()
-    ] or None, 'there is no marker of the brick')
+    markers: dict[tuple[Any, ...], list[ReceivedMarker]] = {}
+    for received in record.markers:
+        marker = received.marker
+        if marker.type != TEXT and marker.action == ADD:
+            markers.setdefault((received.topic, marker.ns, marker.id), []).append(received)
+    groups = [group for group in markers.values() if moves_with_brick(record, group)] or [
+        group for group in markers.values() if is_called_brick(*group[-1])]
+    found = sorted((received for group in groups for received in group), key=itemgetter(0))
+    return require(found or None, 'there is no marker of the brick')
+
+
+def is_called_brick(_: int, topic: str, marker: Any) -> bool:
+    """Return whether a name of a marker contains "brick" and the marker is smaller than a wall."""
+    scale = marker.scale
+    return (max(scale.x, scale.y, scale.z) < MIN_WALL_LENGTH
+            and 'brick' in f'{topic} {marker.ns} {marker.header.frame_id}'.lower())
+
+
+def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
+    """Return whether a marker is in the frame of the brick, or usually at the brick."""
+    if group[-1].marker.header.frame_id.lstrip('/') == record.actual('brick'):
+        return True
+    off = []
+    for received in group[::len(group) // MARKER_SAMPLES + 1]:
+        with suppress(Failed):  # The frame of the marker may be unknown.
+            brick = record.pose('brick', received.published)
+            if brick is not None:
+                there = pose_of_marker(record, received, received.published)
+                off.append(dist(there.position, brick.position))
+    return bool(off) and median(off) <= MARKER_DISTANCE
 
 
 def brick_size(record: Record) -> Any:
@@ -154,7 +216,7 @@ def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
 @rule('walls: visible', 'depicted in rviz2, with rectangular walls (drawn as markers)',
       'latched or repeated')
 def walls_are_visible(record: Record) -> Finding:
-    return judge_visibility(record, walls(record))
+    return judge_visibility(record, [wall.received for wall in walls(record)])
 
 
 @rule('brick marker: visible', "a marker to show it's location in rviz", 'latched or repeated')
@@ -218,7 +280,8 @@ def dropped(record: Record) -> list[DropWatch]:
 
 
 @rule('drop', 'After the service responds, the brick starts falling',
-      f'the service responds, and the brick falls within {FALL_DELAY} s', ['place'])
+      f'the service responds, and the brick falls within {FALL_DELAY} s', ['place'],
+      Kind.MAGNITUDE)
 def bricks_are_dropped(record: Record) -> Finding:
     delays = []
     require_clear(record, 'place', 'drop', 'brick')
@@ -231,7 +294,7 @@ def bricks_are_dropped(record: Record) -> Finding:
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
       'the brick rests until one step before the response and moves only after the response',
-      ['drop', 'brick: hovers', 'fall: course'])
+      ['drop', 'brick: hovers', 'fall: course'], Kind.MAGNITUDE)
 def response_comes_first(record: Record) -> Finding:
     moving, begins = [], []
     for fall in falls(record):
@@ -242,7 +305,8 @@ def response_comes_first(record: Record) -> Finding:
         begins.append((released - responded) * SECONDS_PER_NS + fall.begin)
     return Finding(min(moving) > 0.0 and min(begins) >= -STEP,
                    f'earliest motion {min(moving):+.4f} s and earliest start of a fall '
-                   f'{min(begins):+.4f} s after the response, in {len(moving)} drops')
+                   f'{min(begins):+.4f} s after the response, in {len(moving)} drops',
+                   certain=median(moving) <= 0.0)
 
 
 @rule('brick: hovers', 'a service called drop that causes the brick to fall',
@@ -295,7 +359,7 @@ def falls(record: Record) -> list[MeasuredFall]:
 
 
 @rule('fall: acceleration', 'falling in gravity (using the specified gravity acceleration)',
-      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'])
+      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'], Kind.MAGNITUDE)
 def falls_have_the_acceleration(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), falls(record)
     values = [fall.acceleration for fall in found]
@@ -309,7 +373,8 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 
 @rule('fall: course', 'the brick starts falling in gravity',
-      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down')
+      f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down',
+      ['frames: broadcasters'], Kind.MAGNITUDE)
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = largest(fall.off for fall in found)
@@ -334,15 +399,16 @@ def judge_landing(record: Record, caught: bool) -> Finding:
         met = met and abs(height - expected) <= step + NEAR
     heights = [height for _, height in landed]
     return Finding(met, f'center of the brick at {min(heights):.3f} to {max(heights):.3f} m '
-                   f'in {len(heights)} drops')
+                   f'in {len(heights)} drops',
+                   certain=len(heights) > 1 and max(heights) - min(heights) <= NEAR)
 
 
 rule('fall: ground', 'If the brick hits … the ground it stops falling',
      'the bottom of the brick stops on the ground',
-     ['fall: acceleration'])(partial(judge_landing, caught=False))
+     ['fall: acceleration'], Kind.MAGNITUDE)(partial(judge_landing, caught=False))
 rule('fall: platform', 'If the brick hits the platform … it stops falling',
      'the bottom of the brick stops on the top of the platform',
-     ['fall: acceleration', 'URDF: numbers'])(partial(judge_landing, caught=True))
+     ['fall: acceleration', 'URDF: numbers'], Kind.MAGNITUDE)(partial(judge_landing, caught=True))
 
 
 def catches(record: Record) -> list[DropWatch]:
@@ -353,7 +419,7 @@ def catches(record: Record) -> list[DropWatch]:
 
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
       f'the brick keeps its place on the platform within {NEAR} m while the robot is at rest, and '
-      f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot'])
+      f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot'], Kind.MAGNITUDE)
 def brick_rides(record: Record) -> Finding:
     rest, moving, landing = [], [], []
     for drop in catches(record):
@@ -371,11 +437,12 @@ def brick_rides(record: Record) -> Finding:
     allowed = number(record, 'max_velocity') * MAX_LAG + NEAR
     met = largest([*rest, *landing]) <= 2.0 * NEAR and largest(moving) <= allowed
     return Finding(met, f'moved by {largest(landing):.4f} m at the landing, {largest(rest):.4f} m '
-                   f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides')
+                   f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides',
+                   certain=median(rest) > 10.0 * NEAR)
 
 
 @rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
-      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses')
+      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses', kind=Kind.MAGNITUDE)
 def brick_has_the_angle(record: Record) -> Finding:
     off, level = [], 0
     for begin, end in record.trial_spans():
@@ -393,7 +460,8 @@ def brick_has_the_angle(record: Record) -> Finding:
         raise Open('the poses of the brick and the platform were never known at the same time')
     usual = largest(sorted(off)[:len(off) - len(off) // 100])
     return Finding(usual <= SAME_ANGLE, f'at most {usual:.4f} rad apart in {len(off)} inclined '
-                   f'poses, and {level} level poses')
+                   f'poses, and {level} level poses',
+                   certain=bool(off) and median(off) > SAME_ANGLE)
 
 
 def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[float, Plot]:
@@ -417,7 +485,7 @@ def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
       f'g sin(angle) down the slope, within {SLIDE_DEVIATION} m',
-      ['fall: acceleration', 'brick: rides'])
+      ['fall: acceleration', 'brick: rides'], Kind.MAGNITUDE)
 def slides_are_frictionless(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), []
     for drop in catches(record):
@@ -435,7 +503,7 @@ def slides_are_frictionless(record: Record) -> Finding:
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
       'the slide stays on the plane of the platform and ends when the trailing edge has cleared '
-      'the platform', ['slide: law'])
+      'the platform', ['slide: law'], Kind.MAGNITUDE)
 def slides_end_at_the_edge(record: Record) -> Finding:
     radius, clearances, heights = number(record, 'platform_radius'), [], []
     for drop in catches(record):
@@ -480,7 +548,8 @@ def name_of(drop: DropWatch) -> str:
 
 
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
-      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'])
+      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'],
+      Kind.MAGNITUDE)
 def verdicts_come_in_time(record: Record) -> Finding:
     # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
@@ -495,7 +564,7 @@ def verdicts_come_in_time(record: Record) -> Finding:
 
 @rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
       'a brick is caught if and only if it was not called Unreachable',
-      ['verdict: out of reach', 'verdict: in reach'])
+      ['verdict: out of reach', 'verdict: in reach'], Kind.MAGNITUDE)
 def verdicts_come_true(record: Record) -> Finding:
     drops = completed(record)
     return from_faults([
@@ -564,7 +633,8 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
-      'each brick within reach is caught', ['verdict: in time', 'drive: goal'])
+      'each brick within reach is caught', ['verdict: in time', 'drive: goal'],
+      Kind.MAGNITUDE)
 def reachable_bricks_are_caught(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.should_be_caught)
     return from_faults([

@@ -34,7 +34,7 @@ class Solid(NamedTuple):
     kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry tag.
     size: tuple[float, ...]  # Values (m) of the attributes in SIZES.
     color: str  # Value of the `rgba` attribute.
-    pose: Pose
+    pose: Pose  # In the frame of the link, or in the root frame if solids() returned it.
 
 
 class Joint(NamedTuple):
@@ -93,16 +93,25 @@ class RobotModel:
         """Return a joint's axis in the root frame for given joint positions (rad, default 0)."""
         return self.pose(joint.child, positions).axes @ joint.axis
 
+    def body(self, link: str) -> list[str]:
+        """Return the names of a link and of all links that fixed joints attach below it."""
+        names = [link]
+        for name in names:  # The loop also visits the names that it appends.
+            names += [joint.child for joint in self.joints if joint.parent == name
+                      and joint.kind == 'fixed' and joint.child not in names]
+        return names
+
+    def solids(self, link: str) -> list[Solid]:
+        """Return the visual elements of a link and of the links fixed to it, in the root frame."""
+        return [solid._replace(pose=self.pose(name).compose(solid.pose))
+                for name in self.body(link) for solid in self.links.get(name, ())]
+
     def solid(self, link: str, kind: str) -> Solid:
-        """Return a link's first visual element of a given kind, or raise Failed if none exists."""
-        for solid in self.links.get(link, ()):
+        """Return the first of solids() that has a given kind, or raise Failed if none exists."""
+        for solid in self.solids(link):
             if solid.kind == kind:
                 return solid
         raise Failed(f'{link} has no {kind}')
-
-    def center(self, link: str, solid: Solid) -> Array:
-        """Return the position (m) of a link's visual element in the root frame."""
-        return self.pose(link).transform(solid.pose.position)
 
     def joint(self, link: str) -> Joint:
         """Return the closest movable ancestor joint of a link, or raise Failed if none exists."""

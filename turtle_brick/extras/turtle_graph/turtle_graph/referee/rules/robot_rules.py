@@ -17,14 +17,16 @@ from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
 from math import asin, copysign, degrees, dist, hypot, isfinite
+from statistics import median
 from typing import Any
 
+import numpy
 from turtle_graph.client.geometry import angle_between, Array, CENTER, inclination, pose
-from turtle_graph.client.record import (Drive, Frame, message_rate, Received, Record, Sample,
-                                        SECONDS_PER_NS, stamp_of)
+from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of, Received,
+                                        Record, Sample, SECONDS_PER_NS, stamp_of)
 from turtle_graph.referee.rules.robot_model import model
-from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
-                                             NEAR, number, Open, PHYSICS_RATE, Plot,
+from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, Kind,
+                                             largest, NEAR, number, Open, PHYSICS_RATE, Plot,
                                              RATE_TOLERANCE, require, require_accepted,
                                              require_clear, require_data, Rules, SAME_ANGLE, thin,
                                              within)
@@ -50,6 +52,10 @@ STRIDE = 5
 """Number of transform intervals over which a direction of motion is computed."""
 COMMAND_AGE_NS = 50_000_000
 """Maximum interval (ns) between an odometry message and the command with the same twist."""
+ODOM_DELAY_NS = 100_000_000
+"""Maximum difference (ns) between the timestamps of equal poses on odom and in TF."""
+ODOM_LOAD_DELAY = 0.5
+"""Delay (s) of the pose on odom that the load of a machine can explain."""
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 """Topics that ROS itself publishes outside any namespace."""
 
@@ -78,12 +84,14 @@ def drives(record: Record) -> list[Drive]:
 
 
 @rule('frames: world', 'All other frames are descendants of world',
-      'every frame is a descendant of world')
+      'every frame is a descendant of world', ['frames: odom', 'frames: brick'])
 def all_below_world(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
-    return from_faults([f'{name} is not below world' for name in record.frames
-                        if record.ancestors(name)[-1] != record.actual('world')],
-                       len(record.frames), 'frames')
+    found = from_faults([f'{name} is not below world' for name in record.frames
+                         if record.ancestors(name)[-1] != record.actual('world')],
+                        len(record.frames), 'frames')
+    require(found.met or None, found.measured)  # No node broadcasts the missing connection.
+    return found
 
 
 @rule('frames: odom', 'odom … a fixed offset from world … the initial location of the turtle',
@@ -117,13 +125,19 @@ def base_link_is_the_turtle(record: Record) -> Finding:
       ['rate: joint_states'])
 def links_are_frames(record: Record) -> Finding:
     robot = model(record)
-    faults = [f'{link} is not in TF' for link in robot.links if link != 'base_link'
-              and record.actual('base_link') not in record.ancestors(link)]
+    found = from_faults([f'{link} is not in TF' for link in robot.links if link != 'base_link'
+                         and record.actual('base_link') not in record.ancestors(link)],
+                        len(robot.links), 'links')
+    require(found.met or None, found.measured)
     radius = record.profile.numbers.get('wheel_radius')
     wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
-    if wheel is not None and radius is not None and not abs(wheel.position[2] - radius) <= NEAR:
-        faults.append(f'the wheel is {wheel.position[2] - radius:.3f} m above the ground')
-    return from_faults(faults, len(robot.links), 'links')
+    if wheel is None or radius is None:
+        return found
+    zero, solids = robot.pose('wheel'), robot.solids('wheel')
+    center = wheel.transform(zero.locate(solids[0].pose.position if solids else zero.position))
+    height = center[2] - radius
+    return Finding(abs(height) <= NEAR,
+                   f'{found.measured}, the wheel is {height:.3f} m above the ground')
 
 
 @rule('frames: brick', 'brick. This frame is the location of the brick',
@@ -135,12 +149,18 @@ def brick_is_below_world(record: Record) -> Finding:
 
 
 @rule('frames: broadcasters', 'Broadcasting the … base_link frame …, the brick frame …',
-      'every frame has one broadcaster')
+      'every frame has one broadcaster, and every timestamp is the current time')
 def one_broadcaster(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
     faults = [f'{name} has several broadcasters' for name, found in record.frames.items()
               if found.on_both_topics
               or sum(b < a for a, b in pairwise(found.sequence_numbers)) > 2]
+    wrong = [*(name for name, found in record.frames.items() if found.wrong_stamps),
+             *(f'messages on {record.profile.topics[name]}' for name in ('odom', 'joint_states')
+               if any(stamp_of(received) != nanoseconds_of(received.message.header.stamp)
+                      for received in record.topics[name]))]
+    if wrong:
+        faults.append(f'timestamps are 0 or far from the current time: {", ".join(wrong)}')
     return from_faults(faults, len(record.frames), 'frames')
 
 
@@ -178,9 +198,10 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
 
 for name in ('cmd_vel', 'odom', 'joint_states', 'base_link'):
     rule(f'rate: {name}', 'All publishing and broadcasting shall be done at 100 Hz',
-         f'{RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(partial(judge_rate, name=name, nominal=RATE))
+         f'{RATE:g} Hz ± {RATE_TOLERANCE:.0%}', kind=Kind.RATE)(
+             partial(judge_rate, name=name, nominal=RATE))
 rule('rate: brick', 'The node should simulate the physics at 250 Hz',
-     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}')(
+     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}', kind=Kind.RATE)(
          partial(judge_rate, name='brick', nominal=PHYSICS_RATE))
 
 
@@ -202,29 +223,40 @@ def commands_at_rest(record: Record) -> Finding:
 
 
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
-      'the pose on odom equals the pose of base_link in TF, except for one turtlesim tick')
+      'the pose on odom equals a pose of base_link in TF at the same time ± '
+      f'{ODOM_DELAY_NS * SECONDS_PER_NS:g} s, except for one turtlesim tick', kind=Kind.MAGNITUDE)
 def odometry_equals_tf(record: Record) -> Finding:
-    off, turned, base = [], [], frame(record, 'base_link')
-    for odometry in messages(record, 'odom'):
+    off, turned, base = [], [], frame(record, 'base_link').samples
+    stamps = numpy.array([sample.stamp for sample in base])
+    places = numpy.array([sample.pose.position[:2] for sample in base])
+    headings = numpy.array([sample.pose.axes[:2, 0] for sample in base])
+    # Between two transforms, the robot may have moved for one turtlesim time step (16 ms).
+    speed = number(record, 'max_velocity')
+    allowed = speed * 0.016 + EXACT
+    messages(record, 'odom')
+    for odometry in (one for begin, end in record.trial_spans()
+                     for one in record.messages('odom', begin, end)):
         frames = [name.removeprefix('/') for name in (
             odometry.message.header.frame_id, odometry.message.child_frame_id)]
         if frames != [record.actual('odom'), record.actual('base_link')]:
             raise Failed(f'the odometry is the pose of {frames[1]!r} in {frames[0]!r}')
-        sample = base.at(stamp_of(odometry))
-        if sample is not None:
-            p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
-            there = pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-            off.append(dist(there.position[:2], sample.pose.position[:2]))
-            turned.append(angle_between(there.axes[:, 0], sample.pose.axes[:, 0]))
-    require(off or None, 'no transform at the time of any odometry message')
-    # Between two transforms, the robot may have moved for one turtlesim time step (16 ms).
-    allowed = number(record, 'max_velocity') * 0.016 + EXACT
+        p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
+        there, stamp = pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)), stamp_of(odometry)
+        first, last = numpy.searchsorted(stamps, (stamp - ODOM_DELAY_NS, stamp + ODOM_DELAY_NS))
+        if first < last:
+            far = numpy.hypot(*(places[first:last] - there.position[:2]).T)
+            angles = numpy.hypot(*(headings[first:last] - there.axes[:2, 0]).T)
+            best = numpy.argmin(numpy.maximum(far / allowed, angles / SAME_ANGLE))
+            off.append(float(far[best]))
+            turned.append(float(angles[best]))
+    require_data(off, 'there is no odometry message at the time of a transform')
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
-    return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)
+    return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text,
+                   certain=largest(off) > speed * ODOM_LOAD_DELAY or median(turned) > SAME_ANGLE)
 
 
 @rule('odom: twist', 'twist can be a direct copy of the latest cmd_vel',
-      'the twist equals a recent cmd_vel in 99 of 100 messages')
+      'the twist equals a recent cmd_vel in 99 of 100 messages', kind=Kind.MAGNITUDE)
 def twist_is_command(record: Record) -> Finding:
     messages(record, 'odom')
     equal = []
@@ -235,7 +267,8 @@ def twist_is_command(record: Record) -> Finding:
             twist = velocity(odometry.message.twist)
             equal.append(any(dist(twist, velocity(command.message)) < 1e-6 for command in recent))
     return Finding(sum(equal) >= 0.99 * len(equal),
-                   f'equal in {sum(equal)} of {len(equal)} messages')
+                   f'equal in {sum(equal)} of {len(equal)} messages',
+                   certain=sum(equal) < 0.5 * len(equal))
 
 
 @rule('joint_states: names', 'Publishing the joint_states of the turtle robot',
@@ -252,7 +285,8 @@ def joints_are_published(record: Record) -> Finding:
 
 
 @rule('joint_states: velocity', 'based on the wheel radius and the forward velocity',
-      f"0 at rest, with an integral within {VELOCITY_TOLERANCE:.0%} of the wheel's rotation")
+      f"0 at rest, with an integral within {VELOCITY_TOLERANCE:.0%} of the wheel's rotation",
+      kind=Kind.MAGNITUDE)
 def joints_have_their_velocity(record: Record) -> Finding:
     if not any(len(state.message.velocity) for state in messages(record, 'joint_states')):
         raise Open('no velocity is published, and none is required')
@@ -267,7 +301,8 @@ def joints_have_their_velocity(record: Record) -> Finding:
                         for (a, v), (b, w) in pairwise(speeds))
     met = at_rest <= EXACT and abs(integral - rotation) <= VELOCITY_TOLERANCE * abs(rotation)
     return Finding(met, f'at most {at_rest:.3f} rad/s at rest, integral {integral:.1f} rad, '
-                   f'rotation {rotation:.1f} rad')
+                   f'rotation {rotation:.1f} rad',
+                   certain=at_rest > EXACT or integral * rotation < 0.0)
 
 
 @rule('URDF: base_link', 'A base_link that … is represented by a cube', 'base_link is a cube')
@@ -281,10 +316,11 @@ def base_is_a_cube(record: Record) -> Finding:
       'a level cylinder on a horizontal axis, above all other links')
 def platform_turns(record: Record) -> Finding:
     robot = model(record)
-    joint, platform = robot.joint('platform'), robot.pose('platform')
-    leaning = inclination(platform.compose(robot.solid('platform', 'cylinder').pose))
-    higher = max(robot.pose(link).position[2] for link in robot.links
-                 if joint not in robot.joints_to(link)) - platform.position[2]
+    joint, platform = robot.joint('platform'), robot.solid('platform', 'cylinder').pose
+    leaning = inclination(platform)
+    higher = max(solid.pose.position[2] for link in robot.links
+                 if joint not in robot.joints_to(link)
+                 for solid in robot.solids(link)) - platform.position[2]
     return Finding(abs(robot.axis(joint)[2]) <= SAME_ANGLE and leaning <= SAME_ANGLE
                    and higher <= 1e-6, f'{joint.name}, inclined by {leaning:.3f} rad, '
                    f'{-higher:.3f} m above the other links')
@@ -295,10 +331,11 @@ def platform_turns(record: Record) -> Finding:
 def platform_clears_the_base(record: Record) -> Finding:
     robot = model(record)
     base, platform = robot.solid('base_link', 'box'), robot.solid('platform', 'cylinder')
-    (radius, thickness), (x, y, z) = platform.size, platform.pose.position
+    hinge = robot.pose(robot.joint('platform').child).position
+    (radius, thickness), (x, y, z) = platform.size, platform.pose.position - hinge
     reach = hypot(radius + hypot(x, y), abs(z) + thickness / 2.0)
     top = base.pose.position[2] + base.size[2] / 2.0
-    clearance = robot.pose(robot.joint('platform').child).position[2] - top - reach
+    clearance = hinge[2] - top - reach
     return Finding(clearance >= -1e-6, f'a clearance of {clearance:.3f} m')
 
 
@@ -306,15 +343,16 @@ def platform_clears_the_base(record: Record) -> Finding:
       'a cylinder that is between the cube and the platform and is fixed to base_link')
 def post_is_fixed(record: Record) -> Finding:
     robot = model(record)
-    base, hinge = robot.solid('base_link', 'box'), robot.pose('platform').position
+    base = robot.solid('base_link', 'box').pose.position
+    platform = robot.solid('platform', 'cylinder').pose.position
     fixed = [link for link in robot.links if link != 'base_link'
              and not any(joint.movable for joint in robot.joints_to(link))]
     posts = []
     for link in fixed:
         for solid in robot.links[link]:
-            x, y, z = robot.center(link, solid)
-            if (solid.kind == 'cylinder' and dist((x, y), hinge[:2]) <= NEAR
-                    and base.pose.position[2] < z < hinge[2]):
+            x, y, z = robot.pose(link).transform(solid.pose.position)
+            if (solid.kind == 'cylinder' and dist((x, y), platform[:2]) <= NEAR
+                    and base[2] < z < platform[2]):
                 posts.append(link)
     return Finding(bool(posts), ', '.join(posts) or 'there is no such link')
 
@@ -324,7 +362,7 @@ def post_is_fixed(record: Record) -> Finding:
 def stem_turns(record: Record) -> Finding:
     robot, joint = model(record), model(record).joint('stem')
     stem, base = robot.solid('stem', 'cylinder'), robot.solid('base_link', 'box')
-    below = base.pose.position[2] - robot.center('stem', stem)[2]
+    below = base.pose.position[2] - stem.pose.position[2]
     upright = abs(float(robot.axis(joint)[2]))
     return Finding(below > 0.0 and upright > 0.999,
                    f'{joint.name}, {below:.3f} m below the cube, z component of the axis '
@@ -335,7 +373,7 @@ def stem_turns(record: Record) -> Finding:
       'a cylinder on the stem with a continuous joint along its level axis')
 def wheel_rolls(record: Record) -> Finding:
     robot, joint = model(record), model(record).joint('wheel')
-    along = abs(float(joint.axis @ robot.solid('wheel', 'cylinder').pose.upright))
+    along = abs(float(robot.axis(joint) @ robot.solid('wheel', 'cylinder').pose.upright))
     on_stem = robot.joint('stem') in robot.joints_to(joint.parent)
     return Finding(on_stem and along > 0.999 and abs(robot.axis(joint)[2]) < 0.05
                    and joint.kind == 'continuous', f'{joint.kind} {joint.name}')
@@ -347,7 +385,8 @@ def links_differ_in_color(record: Record) -> Finding:
     robot = model(record)
     links = {'base_link', 'platform', 'stem', 'wheel',
              *(joint.child for joint in robot.joints_to('platform') if not joint.movable)}
-    colors = [robot.links[link][0].color for link in links if robot.links.get(link)]
+    shown = {next(filter(robot.links.get, robot.body(link)), link) for link in links}
+    colors = [robot.links[link][0].color for link in shown if robot.links.get(link)]
     return Finding(len(set(colors)) == len(colors) >= 4,
                    f'{len(set(colors))} colors for {len(colors)} links')
 
@@ -357,8 +396,8 @@ def links_differ_in_color(record: Record) -> Finding:
 def model_has_the_numbers(record: Record) -> Finding:
     robot, height = model(record), number(record, 'platform_height')
     wheel, platform = (robot.solid(link, 'cylinder') for link in ('wheel', 'platform'))
-    ground = robot.center('wheel', wheel)[2] - wheel.size[0]
-    middle, half = robot.center('platform', platform)[2] - ground, platform.size[1] / 2.0
+    ground = wheel.pose.position[2] - wheel.size[0]
+    middle, half = platform.pose.position[2] - ground, platform.size[1] / 2.0
     met = abs(height - middle) <= half + EXACT
     text = f'platform from {middle - half:.3f} to {middle + half:.3f} m (configured {height:.3f})'
     for name, solid in (('wheel_radius', wheel), ('platform_radius', platform)):
@@ -391,14 +430,14 @@ def deviations(record: Record) -> Iterator[tuple[float, float]]:
 
 
 @rule('drive: straight', 'the stem points in that direction and then the robot translates',
-      f'at most {PRECISION} m beside the line from start to goal')
+      f'at most {PRECISION} m beside the line from start to goal', kind=Kind.MAGNITUDE)
 def drives_are_straight(record: Record) -> Finding:
     return within(PRECISION, [abs(side) for _, side in deviations(record)],
                   'the robot was not observed', 'at most {:.3f} m beside the line in {} poses')
 
 
 @rule('drive: overshoot', 'driving the robot toward the goal pose',
-      f'at most {PRECISION} m beyond the goal', ['drive: speed'])
+      f'at most {PRECISION} m beyond the goal', ['drive: speed'], Kind.MAGNITUDE)
 def drives_do_not_overshoot(record: Record) -> Finding:
     return within(PRECISION, [along for along, _ in deviations(record)],
                   'the robot was not observed', 'at most {:.3f} m beyond the goal in {} poses')
@@ -433,7 +472,7 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
 @rule('drive: rolling', 'the wheel is rolling without slipping',
       f'wheel angle x wheel_radius = driven distance within {MAX_SLIP:.0%}, in the direction of '
       'the motion', ['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link',
-                     'frames: robot'])
+                     'frames: robot'], Kind.MAGNITUDE)
 def wheel_does_not_slip(record: Record) -> Finding:
     points = [driven_and_rolled(record, drive) for drive in drives(record)]
     driven, rolled = zip(*points)
@@ -441,7 +480,8 @@ def wheel_does_not_slip(record: Record) -> Finding:
     text = f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} drives'
     return Finding(met, text, Plot(
         'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
-        (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])))
+        (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])),
+                   certain=median(rolled) <= 0.0)
 
 
 def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> float:
@@ -453,7 +493,7 @@ def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> 
 
 @rule('drive: stem first', 'the stem points in that direction and then the robot translates',
       f'the stem has turned to within {MAX_MISALIGNMENT:g} degrees before the robot moves',
-      ['drive: stem'])
+      ['drive: stem'], Kind.MAGNITUDE)
 def stem_turns_first(record: Record) -> Finding:
     lead_times = []
     for drive in drives(record):

@@ -19,10 +19,12 @@ absent, and `Open` if the record is insufficient for a judgment.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import Enum
 import re
 from typing import Any, NamedTuple, TypeVar
 
 import numpy
+from turtle_graph.client.processes import LACKS
 from turtle_graph.client.record import Record, Request
 
 Value = TypeVar('Value')
@@ -43,6 +45,14 @@ MET, FAILED, OPEN = '✔', '✗', '–'
 
 ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
 """Pattern for a plural noun after the number 1, such as '1 rides'."""
+
+
+class Kind(Enum):
+    """What a failed requirement says about the graph if the machine was overloaded."""
+
+    FIRM = 'names, structure, directions and positions at rest do not depend on the load'
+    RATE = 'only a graph that itself overloads the machine is to blame'
+    MAGNITUDE = 'a time, a rate or a distance may be wrong because of the load'
 
 
 class Failed(Exception):
@@ -73,6 +83,7 @@ class Finding(NamedTuple):
     met: bool
     measured: str
     plot: Plot | None = None
+    certain: bool = False  # Whether no load of the machine can explain a failure.
 
 
 class Judgment(NamedTuple):
@@ -86,6 +97,7 @@ class Judgment(NamedTuple):
     plot: Plot | None = None
     follows: Sequence[str] = ()  # Crashes and other failures that may have caused this failure.
     absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
+    certain: bool = False  # Whether no load of the machine can explain a failure.
 
 
 Judge = Callable[[Record], Finding]
@@ -99,14 +111,15 @@ class Rule(NamedTuple):
     expected: str
     judge: Judge
     depends_on: Sequence[str]  # Requirements that must be met before this one can be met.
+    kind: Kind = Kind.FIRM
 
     def __call__(self, record: Record) -> Judgment:
         """Judge a record, ignoring whether the machine was overloaded."""
-        plot, absent = None, False
+        plot, absent, certain = None, False, self.kind == Kind.FIRM
         try:
             with numpy.errstate(all='ignore'):
-                met, measured, plot = self.judge(record)
-            mark = MET if met else FAILED
+                met, measured, plot, is_certain = self.judge(record)
+            mark, certain = MET if met else FAILED, certain or is_certain
         except Failed as error:
             mark, measured, absent = FAILED, str(error), isinstance(error, Absent)
         except Open as error:
@@ -116,38 +129,55 @@ class Rule(NamedTuple):
             mark = FAILED
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
         return Judgment(self.name, self.sentence, self.expected, mark, measured, plot,
-                        absent=absent)
+                        absent=absent, certain=certain or absent)
+
+    def judge_under_load(self, record: Record, calm: Record) -> Judgment:
+        """Judge a record. A failure that the load of the machine may explain is open."""
+        found = self(record)
+        if found.mark != FAILED:
+            return found
+        if found.certain:  # The load may spoil a few trials, but not most of them.
+            marks = [self(trial).mark for trial in record.single_trials()] or [FAILED]
+            if marks.count(FAILED) >= max(marks.count(MET), 1):
+                return found
+        in_calm = self(calm)
+        if in_calm.mark == FAILED:
+            return found
+        if in_calm.mark == MET:
+            return in_calm._replace(measured=f'{in_calm.measured}; in calm trials only')
+        return found._replace(mark=OPEN,
+                              measured=f'{found.measured}; not judged: {record.stall_summary()}')
 
 
 class Rules(list[Rule]):
     """A list of rules to apply to a record."""
 
     def rule(self, name: str, sentence: str, expected: str,
-             depends_on: Sequence[str] = ()) -> Callable[[Judge], Judge]:
+             depends_on: Sequence[str] = (), kind: Kind = Kind.FIRM) -> Callable[[Judge], Judge]:
         """Return a decorator that adds a function to this list as a Rule with the given fields."""
         def add(judge: Judge) -> Judge:
-            self.append(Rule(name, sentence, expected, judge, depends_on))
+            self.append(Rule(name, sentence, expected, judge, depends_on, kind))
             return judge
         return add
 
     def judge(self, record: Record) -> list[Judgment]:
         """Judge a record and return the failed, open and met requirements, in that order."""
-        judgments, overload = [rule(record) for rule in self], record.stall_summary()
-        if overload:
-            # A requirement that failed only while the machine was overloaded is marked as open.
+        if record.stall_summary():
             calm = record.without_stalls()
-            judgments = [
-                one._replace(mark=OPEN, measured=f'{one.measured}; not judged: {overload}')
-                if one.mark == FAILED and rule(calm).mark != FAILED else one
-                for rule, one in zip(self, judgments)]
+            judgments = [rule.judge_under_load(record, calm) for rule in self]
+        else:
+            judgments = [rule(record) for rule in self]
         causes = self.causes({one.name: one.measured for one in judgments if one.mark == FAILED})
-        crashed = [crash.partition(': ')[0] for crash in record.crashes]
         absent = {one.name for one in judgments if one.absent}
-        for name, found in causes.items():
-            if crashed and absent.intersection([name, *found]):
-                causes[name] = crashed
+        crashed = {name for name, found in causes.items()
+                   if record.crashes and absent.intersection([name, *found])}
+        causes.update(dict.fromkeys(crashed, record.crashes))
         judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
                                   follows=causes.get(one.name, ())) for one in judgments]
+        lacks = '; '.join(filter(LACKS.search, record.crashes))
+        if lacks:  # The graph may be correct in an environment that contains everything.
+            judgments = [one._replace(mark=OPEN, measured=lacks, follows=())
+                         if one.name in crashed else one for one in judgments]
         order = (FAILED, OPEN, MET)
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
