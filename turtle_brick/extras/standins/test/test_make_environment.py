@@ -34,8 +34,9 @@ SCRIPTS = Path(__file__).resolve().parents[3] / 'scripts'
 def top(tmp_path):
     """Return the path of a workspace with two packages, two stand-ins and the real scripts."""
     root = tmp_path / 'workspace'
-    for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_msgs',
-                 'turtle_brick/standins/tf2_ros'):
+    for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/extras/turtle_graph',
+                 'turtle_brick/extras/turtle_brick_tools', 'turtle_brick/extras/standins/tf2_msgs',
+                 'turtle_brick/extras/standins/tf2_ros'):
         folder = root / name
         executable(folder / 'content.txt', 'one')
         (folder / 'package.xml').write_text(
@@ -102,7 +103,8 @@ if [ -e broken ]; then echo 'error: it is broken'; exit 1; fi
 """
 """Replacement for colcon that logs the selected packages and fails if the file `broken` exists."""
 
-EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_brick_interfaces', 'turtle_brick']
+EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_graph',
+              'turtle_brick_interfaces', 'turtle_brick', 'turtle_brick_tools']
 
 INDEX = 'share/ament_index/resource_index/packages'
 
@@ -133,7 +135,8 @@ def test_only_changed_packages_are_built_again(top, tmp_path, built):
                  '.pytest_cache/a', '.content.txt.swp', 'turtle_brick.egg-info/a'):
         executable(top / 'turtle_brick' / path)
     assert built() == []
-    for name in ('turtle_brick', 'turtle_brick_interfaces', 'turtle_brick/standins/tf2_ros'):
+    for name in ('turtle_brick', 'turtle_brick_interfaces',
+                 'turtle_brick/extras/standins/tf2_ros', 'turtle_brick/extras/turtle_graph'):
         executable(top / name / 'content.txt', 'changed')
         assert built() == [Path(name).name]
         assert built() == []
@@ -144,20 +147,21 @@ def test_only_changed_packages_are_built_again(top, tmp_path, built):
     for package, again in (('rclpy', EVERYTHING), ('tf2_msgs', []), ('tf2_ros', [])):
         executable(tmp_path / 'prefix' / INDEX / package)
         assert built() == again
-    assert {path.name for path in (top / '.ros/install').iterdir()} == set(EVERYTHING[2:])
-    assert list((top / '.ros/standins').iterdir()) == []
+    assert {path.name for path in (top / '.ros/install').iterdir()} == set(EVERYTHING[3:])
+    assert [path.name for path in (top / '.ros/standins').iterdir()] == ['turtle_graph']
     shutil.rmtree(top / '.ros/install/turtle_brick')
     assert built() == ['turtle_brick']
     assert built(load(top.rename(top.with_name('moved')))) == EVERYTHING[2:]
 
 
 def test_the_standins_are_built_without_the_packages(top, built):
-    assert built(content='ros') == EVERYTHING[:2]
-    assert built() == EVERYTHING[2:]
+    assert built(content='ros') == EVERYTHING[:3]
+    assert built() == EVERYTHING[3:]
     shared = top / 'turtle_brick/turtle_brick/core/turtlesim_kinematics.py'
     executable(shared, 'changed')
     assert built(content='ros') == []
-    shutil.copytree(top / 'turtle_brick/standins/tf2_ros', top / 'turtle_brick/standins/turtlesim')
+    standins = top / 'turtle_brick/extras/standins'
+    shutil.copytree(standins / 'tf2_ros', standins / 'turtlesim')
     assert built(content='ros') == ['turtlesim']
     executable(shared, 'changed again')
     assert built() == ['turtlesim', 'turtle_brick']

@@ -60,7 +60,7 @@ NODES = {
     'turtle_robot': ('turtle_brick', 'turtle_robot', '-r', 'cmd_vel:=turtle1/cmd_vel'),
     'arena': ('turtle_brick', 'arena'),
     'catcher': ('turtle_brick', 'catcher'),
-    **({'viewer': ('turtle_brick', 'viewer', '-p', 'port:=0')} if find_spec('viser') else {}),
+    **({'viewer': ('turtle_graph', 'viewer', '-p', 'port:=0')} if find_spec('viser') else {}),
 }
 """Package, executable and arguments of each node."""
 

@@ -65,9 +65,9 @@ def imports_of(path):
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and '.' in node.module:
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and '.' in node.module:
             names.add(node.module)
-        elif isinstance(node, ast.ImportFrom):
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
             names.update(f'{node.module}.{alias.name}' for alias in node.names)
         elif isinstance(node, ast.Call) and ast.unparse(node.func) == 'pytest.importorskip':
             names.add(ast.literal_eval(node.args[0]))

@@ -196,7 +196,7 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
 def start_viewer(graph: Graph, port: int) -> None:
     """Start the viewer on `port`, and open its page in a browser if a display is available."""
     prefix = f'{graph.namespace}: ' if graph.namespace else ''
-    viewer = graph.add_process('turtle_brick', 'viewer', '--ros-args', '-p', f'port:={port}',
+    viewer = graph.add_process('turtle_graph', 'viewer', '--ros-args', '-p', f'port:={port}',
                                listener=lambda line: sys.stderr.write(prefix + line))
 
     def wait_for_output(pattern: str, timeout: float) -> re.Match[str] | None:

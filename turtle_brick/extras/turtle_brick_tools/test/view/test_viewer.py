@@ -71,7 +71,7 @@ def test_invalid_address_is_named_in_the_error():
 
 @needs_viser
 @pytest.mark.parametrize('package, name', [
-    ('turtle_brick', 'viewer'), pytest.param('rviz2', 'rviz2', marks=pytest.mark.skipif(
+    ('turtle_graph', 'viewer'), pytest.param('rviz2', 'rviz2', marks=pytest.mark.skipif(
         not is_standin('rviz2'), reason='the installed rviz2 is the real one'))])
 def test_page_is_served_only_to_this_machine_on_the_next_free_port(
         domain_id, monkeypatch, package, name):
