@@ -22,7 +22,7 @@ from graph_client.geometry import Vector
 from graph_view.shapes import Pose, SceneObject
 import numpy
 
-MAX_SNAPSHOTS = 900
+MAX_SNAPSHOTS = 600
 """Maximum number of snapshots in a recording, enough for 30 s."""
 
 
