@@ -302,8 +302,8 @@ def test_objects_that_move_together_are_drawn_at_the_same_time(bench):
                 'base_link', 'platform', (0.0, 0.0, 1.5), from_pitch(0.002 * step))
         if step % 4 == 3:
             bench.send_transform('platform', 'brick', position)
+        poses = bench.draw()
         if step > 50:
-            poses = bench.draw()
             platform = poses['robot/platform']
             brick = poses['brick_marker/brick/0']
             assert dist(platform.transform(position), brick.position) < 1e-9

@@ -12,6 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
+from contextlib import contextmanager
 from functools import partial
 from html import unescape
 from pathlib import Path
@@ -41,6 +42,25 @@ needs_viser = pytest.mark.skipif(
     viewer.find_spec('viser') is None, reason='viser is not installed')
 
 WAITING = 'waiting for the response'
+
+
+CAMERA = {
+    'type': 'ViewerCameraMessage', 'position': (1.0, 1.0, 1.0), 'look_at': (0.0, 0.0, 0.0),
+    'up_direction': (0.0, 0.0, 1.0), 'wxyz': (1.0, 0.0, 0.0, 0.0), 'fov': 0.75, 'near': 0.1,
+    'far': 100.0, 'image_width': 800, 'image_height': 600}
+"""The first message from a page."""
+
+
+@contextmanager
+def open_page(live):
+    """Connect to the viewer as a page in a browser does."""
+    import msgspec
+    from websockets.sync.client import connect
+    version = viewer.VISER.replace('==', '-v')
+    with connect(live.viewer.server.url.replace('http', 'ws'), subprotocols=[version]) as page:
+        page.send(msgspec.msgpack.encode(CAMERA))
+        live.wait_for(live.viewer.server.viser.get_clients, TIMEOUT, 'the page')
+        yield
 
 
 def response_to(live, command, *arguments):
@@ -116,12 +136,13 @@ def test_commands_on_the_page_are_executed_and_their_responses_shown(domain_id, 
 
         live.viewer.schedule('drive', 3.0, 4.0)
         live.viewer.schedule('tilt', 0.25)
-        live.wait_for(lambda: goals.messages and live.viewer.panel.tilt.value == 0.25, TIMEOUT,
-                      'the goal and the slider')
+        with open_page(live):
+            live.wait_for(lambda: goals.messages and live.viewer.panel.tilt.value == 0.25,
+                          TIMEOUT, 'the goal and the slider')
         assert goals.last.header.frame_id == 'world'
         assert (goals.last.pose.position.x, goals.last.pose.position.y) == (3.0, 4.0)
         assert goals.last.pose.orientation.w == 1.0 and tilts.last.angle == 0.25
-        assert 1_000_000_000 // 30 in [timer.timer_period_ns for timer in live.viewer.timers]
+        assert 50_000_000 in [timer.timer_period_ns for timer in live.viewer.timers]
     assert [line for line in capfd.readouterr().err.splitlines() if 'viewer: ' not in line] == []
 
 
@@ -137,11 +158,33 @@ def test_markers_and_commands_of_other_types_work(domain_id):
         live.listener.create_service(Empty, 'drop', lambda request, response: response)
         tilts = live.record('tilt', Float32)
         scene = live.viewer.server.viser.scene
-        live.wait_for(lambda: scene.get_handle_by_name('/objects/0/0'), TIMEOUT, 'the marker')
-        assert scene.get_handle_by_name('/objects/0/0').scale == (1.0, 2.0, 3.0)
         live.wait_for(lambda: any(client.service_is_ready() for client in live.viewer.clients)
                       and live.viewer.count_publishers('tilt'), TIMEOUT, 'discovery')
         assert response_to(live, 'drop') == 'drop: done'
         live.viewer.schedule('tilt', 0.25)
-        live.wait_for(lambda: tilts.messages and live.viewer.panel.tilt.value == 0.25, TIMEOUT,
-                      'the tilt')
+        with open_page(live):
+            live.wait_for(lambda: scene.get_handle_by_name('/objects/0/0'), TIMEOUT, 'the marker')
+            assert scene.get_handle_by_name('/objects/0/0').scale == (1.0, 2.0, 3.0)
+            live.wait_for(lambda: tilts.messages and live.viewer.panel.tilt.value == 0.25,
+                          TIMEOUT, 'the tilt')
+
+
+@needs_viser
+def test_state_streams_are_received_only_while_a_page_is_open(domain_id, monkeypatch):
+    monkeypatch.setattr(viewer, 'IDLE_DELAY', 0.0)
+    with graph(domain_id, quiet=True) as live:
+        live.viewer = live.add(viewer.Viewer, '-p', 'port:=0', parameters=False)
+        live.add_arena()
+        scene = live.viewer.server.viser.scene
+
+        def count_objects():
+            names = (f'/objects/{number}' for number in range(100))
+            return sum(scene.get_handle_by_name(name) is not None for name in names)
+
+        for _ in range(2):
+            live.wait_for(lambda: live.viewer.count_subscribers('/tf') == 1, TIMEOUT, 'idle')
+            assert count_objects() == live.viewer.count_subscribers('odom') == 0
+            with open_page(live):
+                live.wait_for(lambda: count_objects() == 5, TIMEOUT, 'the walls and the brick')
+                assert live.viewer.count_subscribers('/tf') == 2, 'the arena and the viewer'
+                assert live.viewer.count_subscribers('odom') == 1

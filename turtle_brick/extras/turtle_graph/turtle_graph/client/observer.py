@@ -121,9 +121,10 @@ class PollingNode(Node):
         return messages
 
     def subscribe(self, message_type: Any, topic: str, callback: Callback,
-                  qos: QoSProfile | int = DEPTH) -> None:
+                  qos: QoSProfile | int = DEPTH, raw: bool = False) -> None:
         """Subscribe to a topic with a callback that `fetch` calls for each message."""
-        subscription = self.create_subscription(message_type, topic, lambda message: None, qos)
+        subscription = self.create_subscription(
+            message_type, topic, lambda message: None, qos, raw=raw)
         self._callbacks.append((subscription, callback))
 
     def call(self, client: Any, request: Any) -> list[Received]:

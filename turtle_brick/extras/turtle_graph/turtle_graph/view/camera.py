@@ -20,6 +20,7 @@ as necessary to keep all points visible, and slowly moves closer when possible.
 """
 
 from collections.abc import Sequence
+from functools import cache
 from math import tan
 from typing import NamedTuple
 
@@ -63,8 +64,7 @@ class View(NamedTuple):
         :param previous: previous position (m) of the camera, or None for a new view
         """
         is_narrow = aspect < NARROW_ASPECT
-        axes = _camera_axes(
-            numpy.add(self.direction, NARROW_CORRECTION) if is_narrow else self.direction)
+        axes = _camera_axes(self.direction, is_narrow)
         coordinates = axes @ numpy.transpose(points)
         depths = coordinates[2]
         top = tan(FIELD_OF_VIEW / 2.0)
@@ -107,9 +107,11 @@ def ground_point(origin: Vector, direction: Vector) -> tuple[float, float] | Non
     return origin[0] + length * direction[0], origin[1] + length * direction[1]
 
 
-def _camera_axes(direction: Vector | numpy.ndarray) -> numpy.ndarray:
+@cache
+def _camera_axes(direction: Vector, is_narrow: bool) -> numpy.ndarray:
     """Return a matrix whose rows are the right, up and forward unit vectors of a camera."""
-    forward = numpy.divide(direction, numpy.linalg.norm(direction))
+    forward = numpy.add(direction, NARROW_CORRECTION if is_narrow else (0.0, 0.0, 0.0))
+    forward /= numpy.linalg.norm(forward)
     right = numpy.cross(forward, (0.0, 0.0, 1.0))
     right /= numpy.linalg.norm(right)
     return numpy.array((right, numpy.cross(right, forward), forward))

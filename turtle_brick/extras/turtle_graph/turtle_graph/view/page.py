@@ -76,8 +76,8 @@ SPEED_WINDOW_NS = 400_000_000
 """Time (ns) over which the robot's speed is averaged. This period spans 25 turtlesim ticks and
 40 turtle_robot cycles, so the curve is smooth."""
 
-RATE_WINDOW_NS = 2 * NS_PER_SECOND
-"""Time (ns) over which message rates are averaged."""
+RATE_WINDOW = 2.0
+"""Time (s) over which message rates are averaged."""
 
 CURVE_LENGTH = 120
 """Number of points in each curve."""
@@ -104,11 +104,14 @@ class Page:
         self._texts = dict.fromkeys(TEXT_TOPICS, '')
         self._goal: tuple[float, float] | None = None
         self._tilt = 0.0
-        self._arrivals: dict[str, deque[int]] = {name: deque(maxlen=1000) for name in RATE_NAMES}
+        self._arrivals: dict[str, deque[float]] = {name: deque() for name in RATE_NAMES}
         self._points: deque[tuple[float, ...]] = deque(maxlen=CURVE_LENGTH)
         self._next_panel_update = 0
         self._is_moving: dict[str, bool] = {}
         """Whether each known frame has appeared in a transform on /tf."""
+        self._pending: dict[str, TransformStamped] = {}
+        self._stamps: dict[str, int] = {}
+        """Timestamp (ns) of the latest transform of each moving frame."""
         self._fixed_frame = WORLD
         self._drawn_time = 0
         self._poses: dict[str, Pose | None] = {}
@@ -123,20 +126,34 @@ class Page:
             self._warn_once(f'The page cannot draw <{kind}> in robot_description')
 
     def on_transforms(self, is_static: bool, message: TFMessage) -> None:
-        """Store all transforms with a valid position, time and child frame."""
-        store = self._buffer.set_transform_static if is_static else self._buffer.set_transform
+        """
+        Store all transforms with a valid position, time and child frame.
+
+        Of the moving transforms, only the last of each frame before each `draw` is stored.
+        """
         for transform in message.transforms:
-            child, position = transform.child_frame_id.lstrip('/'), transform.transform.translation
-            is_root = child == WORLD == (self._settings.fixed_frame or WORLD)
-            if is_root or not is_drawable(position.x, position.y, position.z) or not (
-                    0 <= nanoseconds_of(transform.header.stamp) <= time_ns() + NS_PER_SECOND):
-                self._warn_once('The page ignores transforms with a wrong position, time or child')
-                continue
-            store(transform, 'viewer')
+            child = transform.child_frame_id.lstrip('/')
             if child == BRICK:
                 self.record_arrival(BRICK_TF)
-            for frame in (child, transform.header.frame_id.lstrip('/')):
-                self._is_moving[frame] = self._is_moving.get(frame, False) or not is_static
+            if is_static:
+                self._store(child, transform, True)
+            else:
+                self._pending[child] = transform
+
+    def _store(self, child: str, transform: TransformStamped, is_static: bool) -> None:
+        position, stamp = transform.transform.translation, nanoseconds_of(transform.header.stamp)
+        is_root = child == WORLD == (self._settings.fixed_frame or WORLD)
+        if is_root or not is_drawable(position.x, position.y, position.z) or not (
+                0 <= stamp <= time_ns() + NS_PER_SECOND):
+            self._warn_once('The page ignores transforms with a wrong position, time or child')
+            return
+        if is_static:
+            self._buffer.set_transform_static(transform, 'viewer')
+        else:
+            self._buffer.set_transform(transform, 'viewer')
+            self._stamps[child] = stamp
+        for frame in (child, transform.header.frame_id.lstrip('/')):
+            self._is_moving[frame] = self._is_moving.get(frame, False) or not is_static
 
     def on_markers(self, topic: str, message: Marker | MarkerArray) -> None:
         """Add, change or remove each marker in a message received from a topic."""
@@ -166,9 +183,9 @@ class Page:
         if is_drawable(angle):
             self._tilt = angle
 
-    def record_arrival(self, name: str, _: object = None) -> None:
+    def record_arrival(self, name: str, *_: object) -> None:
         """Record the arrival time of a message under a name from RATE_NAMES."""
-        self._arrivals[name].append(self._clock())
+        self._arrivals[name].append(self._clock() / NS_PER_SECOND)
 
     def toggle_replay(self, speed: float) -> None:
         """Start replaying the last drop at a given speed (1 for real time), or stop the replay."""
@@ -178,6 +195,9 @@ class Page:
     def draw(self) -> None:
         """Draw the scene or its replay, and update the panel."""
         now = self._clock()
+        for child, transform in self._pending.items():
+            self._store(child, transform, False)
+        self._pending.clear()
         default = WORLD if WORLD in self._is_moving else self._robot.root or WORLD
         self._fixed_frame = self._settings.fixed_frame or default
         self._drawn_time = self._find_drawn_time()
@@ -199,6 +219,13 @@ class Page:
         if now >= self._next_panel_update:
             self._next_panel_update = max(self._next_panel_update + PANEL_PERIOD_NS, now)
             self._update_panel(now, shown is live)
+
+    def forget(self) -> None:
+        """Remove the moving objects, the curves and the replay, which are not kept up to date."""
+        self._buffer.clear()
+        self._points.clear()
+        self._replay = Replay()
+        self._scene.show({})
 
     def _goal_objects(self) -> dict[str, SceneObject]:
         robot = self._drawn_pose(BASE_LINK)
@@ -232,10 +259,11 @@ class Page:
             catch_status(*texts),
             decision.startswith('unreachable') and state in ('falling', 'grounded'))
         self._panel.show_tilt(self._tilt)
+        for times in self._arrivals.values():
+            while times and times[0] < now / NS_PER_SECOND - RATE_WINDOW:
+                times.popleft()
         self._panel.show_rates([
-            (name, message_rate([
-                time / NS_PER_SECOND for time in times if now - time <= RATE_WINDOW_NS]))
-            for name, times in self._arrivals.items()])
+            (name, message_rate(times)) for name, times in self._arrivals.items()])
         self._points.append((now / NS_PER_SECOND, *self._curve_values()))
         self._panel.show_curves(self._points)
 
@@ -254,9 +282,8 @@ class Page:
         If each object were drawn at its own latest time, objects that move together would appear
         separated. Poses more than MAX_AGE_NS older than the newest pose are ignored.
         """
-        times = [nanoseconds_of(transform.header.stamp)
-                 for frame in {BASE_LINK, BRICK, *self._robot.links}
-                 if (transform := self._lookup(frame, 0)) is not None]
+        times = [stamp for frame, stamp in self._stamps.items()
+                 if frame in (BASE_LINK, BRICK) or frame in self._robot.links]
         latest = max(times, default=0)
         return min((time for time in times if time > latest - MAX_AGE_NS), default=0)
 

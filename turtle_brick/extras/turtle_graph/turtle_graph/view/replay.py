@@ -22,7 +22,7 @@ import numpy
 from turtle_graph.client.geometry import Vector
 from turtle_graph.view.shapes import Pose, SceneObject
 
-MAX_SNAPSHOTS = 900
+MAX_SNAPSHOTS = 600
 """Maximum number of snapshots in a recording, enough for 30 s."""
 
 

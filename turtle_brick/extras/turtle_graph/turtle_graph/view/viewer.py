@@ -15,9 +15,10 @@
 """
 viewer: show a running graph in a browser. The viewer is also the stand-in for rviz2.
 
-The node updates the page 30 times per second. Any node on any machine can publish on the topics
-below. The content of the page is defined in page.py. The options are those of rviz2: -d FILE for a
-configuration file and -f FRAME for the fixed frame.
+While a browser is connected, the node updates the page 20 times per second. Otherwise, it does not
+subscribe to the state streams: /tf, cmd_vel, odom and joint_states. Any node on any machine can
+publish on the topics below. The content of the page is defined in page.py. The options are those
+of rviz2: -d FILE for a configuration file and -f FRAME for the fixed frame.
 
 Subscribes:
     robot_description (std_msgs/String, latched): the shapes of the robot
@@ -45,13 +46,20 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
+from math import inf
 import os
 import sys
-from time import monotonic_ns
+from time import monotonic, monotonic_ns
 from typing import Any
 import webbrowser
 
 from geometry_msgs.msg import PoseStamped, Twist
+from turtle_graph.client.geometry import Vector
+from turtle_graph.client.observer import (fill_position, load_type, MARKER_TYPES, PollingNode,
+                                          subscription_qos)
+from turtle_graph.client.run_node import run_node
+from turtle_graph.view.page import Page, TEXT_TOPICS, WORLD
+from turtle_graph.view.settings import read_settings, Settings
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
@@ -71,8 +79,12 @@ from turtle_graph.view.settings import read_settings, Settings
 VISER = 'viser==1.1.1'
 """Required version of viser, which must match scripts/requirements.txt."""
 
-DRAW_PERIOD, DISCOVERY_PERIOD = 1.0 / 30.0, 0.5
+DRAW_PERIOD, DISCOVERY_PERIOD = 0.05, 0.5
 """Periods (s) for updating the scene and for discovering new topics and services."""
+
+IDLE_DELAY = 10.0
+"""Time (s) without a browser after which the node stops receiving the state streams. Reloading the
+page takes less time, so the curves and the replay are kept."""
 
 
 class Viewer(Node):
@@ -98,6 +110,8 @@ class Viewer(Node):
         self._settings = settings
         self._scheduled: deque[Callable[[], None]] = deque()
         self._has_browser = False
+        self._last_visit = -inf
+        self._streams: PollingNode | None = None
         self._clients_by_name: dict[str, Any] = {}
         self._tilt_publisher: Any = None
         self._tilt_field = ''
@@ -122,23 +136,30 @@ class Viewer(Node):
 
     def _create_subscriptions(self) -> None:
         page, latched = self.page, subscription_qos(latched=True)
-        # With best-effort QoS, publishers do not wait for the viewer.
-        best_effort = subscription_qos(latched=False, reliable=False)
         for message_type, topic, callback, qos in (
-                (TFMessage, '/tf', partial(page.on_transforms, False), best_effort),
                 (TFMessage, '/tf_static', partial(page.on_transforms, True), latched),
                 (String, self._settings.description_topic, page.on_description, latched),
                 (PoseStamped, 'goal_pose', page.on_goal, 10)):
             self.create_subscription(message_type, topic, callback, qos)
         for topic in TEXT_TOPICS:
             self.create_subscription(String, topic, partial(page.on_text, topic), latched)
+
+    def _open_streams(self) -> PollingNode:
+        """Create a node, hidden from `ros2 node list`, that receives the state streams."""
+        streams = PollingNode(f'_{self.get_name()}', context=self.context,
+                              use_global_arguments=False)
+        # With best-effort QoS, publishers do not wait for the viewer.
+        subscribe = partial(streams.subscribe, qos=subscription_qos(latched=False, reliable=False))
+        subscribe(TFMessage, self.resolve_topic_name('/tf'),
+                  lambda message, _: self.page.on_transforms(False, message))
         # The launch files remap cmd_vel to turtle1/cmd_vel.
         for message_type, topic, name in (
                 (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
                 (Odometry, 'odom', 'odom'), (JointState, 'joint_states', 'joint_states')):
             # Only the arrival times of the messages on these topics are used.
-            self.create_subscription(
-                message_type, topic, partial(page.record_arrival, name), best_effort, raw=True)
+            subscribe(message_type, self.resolve_topic_name(topic),
+                      partial(self.page.record_arrival, name), raw=True)
+        return streams
 
     def _discover(self) -> None:
         """Subscribe to new marker topics, and connect to the tilt topic and the services."""
@@ -179,8 +200,10 @@ class Viewer(Node):
                 self.count_publishers('odom') > 0, self.count_publishers('catcher_state') > 0)
 
     def destroy_node(self) -> None:
-        """Stop the server and destroy the node."""
+        """Stop the server and destroy both nodes."""
         self.server.stop()
+        if self._streams:
+            self._streams.destroy_node()
         super().destroy_node()
 
     def place(self, position: Vector, on_success: Callable[[], None] = lambda: None) -> None:
@@ -216,10 +239,20 @@ class Viewer(Node):
     def _on_timer(self) -> None:
         while self._scheduled:
             self._scheduled.popleft()()
-        self.server.update(self.page.draw)
-        if not self._has_browser and self.server.viser.get_clients():
-            self._has_browser = True
-            print(f'{self.get_name()}: a browser has opened the page', file=sys.stderr, flush=True)
+        if self.server.viser.get_clients():
+            self._last_visit = monotonic()
+            if not self._has_browser:
+                self._has_browser = True
+                print(f'{self.get_name()}: a browser has opened the page', file=sys.stderr,
+                      flush=True)
+            self._streams = self._streams or self._open_streams()
+        elif self._streams and monotonic() - self._last_visit > IDLE_DELAY:
+            self._streams.destroy_node()
+            self._streams = None
+            self.server.update(self.page.forget)
+        if self._streams:
+            self._streams.fetch()
+            self.server.update(self.page.draw)
 
     def _call(self, name: str, position: Vector | None = None,
               on_success: Callable[[], None] = lambda: None) -> None:
