@@ -200,13 +200,13 @@ from launch.actions import EmitEvent, ExecuteProcess, LogInfo, RegisterEventHand
 from launch.conditions import LaunchConfigurationEquals, LaunchConfigurationNotEquals
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
-from launch.substitutions import AnonName
+from launch.substitutions import AnonName, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile
 
 
 def generate_launch_description():
-    parameters = ParameterFile('parameters.yaml')
+    parameters = ParameterFile('parameters.yaml', allow_substs=True)
     node = Node(package='turtle_brick', executable='arena', prefix='echo', output='screen',
                 name=AnonName('anonymous'), parameters=[parameters])
     return LaunchDescription([
@@ -222,12 +222,13 @@ def generate_launch_description():
 def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path('common.launch.py').write_text(COMMON_FEATURES)
-    Path('parameters.yaml').touch()
+    Path('parameters.yaml').write_text('side: $(var side)')
     done = run_here(['ros2', 'launch', 'common.launch.py', 'side:=left'], monkeypatch)
     assert done.status == 0
     messages = re.findall(r'launch.user\]: (.*)', done.text)
-    assert messages == ['equal', 'different']
-    assert re.search(r'__node:=anonymous_\S*_\d+ --params-file parameters.yaml', done.text)
+    assert messages == ['equal', 'different', 'a/b']
+    path = re.search(r'__node:=anonymous_\S*_\d+ --params-file (\S+)', done.text)[1]
+    assert Path(path).read_text() == 'side: left'
     assert "sending signal 'SIGINT' to process[sleep-1]" in done.text
 
 
@@ -254,6 +255,7 @@ def test_modules_of_the_real_packages_exist(module, name):
 
 
 def test_unknown_argument_is_explained():
+        LogInfo(msg=PythonExpression('os.path.join("a", "b")', python_modules=['os'])),
     with pytest.raises(TypeError, match="'colour'. In the stand-in for launch, it has these arg"):
         launch.actions.LogInfo(msg='', colour='red')
 

@@ -90,10 +90,21 @@ class ParameterValue:
 
 
 class ParameterFile:
-    """A parameter file."""
+    """A parameter file, which may contain substitutions if `allow_substs` is true."""
 
-    def __init__(self, param_file):
-        self.param_file = param_file
+    def __init__(self, param_file, *, allow_substs=False):
+        self.param_file, self.allow_substs = param_file, allow_substs
+
+    def evaluate(self, context):
+        """Return the path of the file, or of a copy in which all substitutions are expanded."""
+        path, allowed = perform(context, self.param_file), self.allow_substs
+        if not (allowed if isinstance(allowed, bool) else read_typed(
+                perform(context, allowed), bool)):
+            return path
+        with open(path, encoding='utf-8') as source, NamedTemporaryFile(
+                'w', encoding='utf-8', prefix='launch_params_', delete=False) as file:
+            file.write(perform(context, substitute(source.read())))
+        return file.name
 
 
 def evaluate(context, name, value):
@@ -216,7 +227,8 @@ class Node(ExecuteProcess):
                               default_flow_style=False)
                 path = file.name
             else:
-                path = perform(context, getattr(each, 'param_file', each))
+                file = each if isinstance(each, ParameterFile) else ParameterFile(each)
+                path = file.evaluate(context)
             if os.path.isfile(path):
                 self.cmd += ['--params-file', path]
             else:
@@ -229,7 +241,8 @@ class Node(ExecuteProcess):
 def parameter(element):
     """Convert a `param` element to a dictionary of parameters or to a ParameterFile."""
     if 'from' in element.attrib:
-        return ParameterFile(attributes(element, ['src'])['src'])
+        given = attributes(element, ['src', 'allow_substs'])
+        return ParameterFile(given['src'], allow_substs=given.get('allow_substs', False))
     if 'name' not in element.attrib:
         raise ValueError('param Entity should have name or from attribute')
     if ('value' in element.attrib) == bool(len(element)):

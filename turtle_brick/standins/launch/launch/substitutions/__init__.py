@@ -267,13 +267,21 @@ def _anonymous_name(context, name):
     unique = f'{name}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}'
     return context.launch_configurations.setdefault(f'anon{name}', re.sub('[-.:]', '_', unique))
 
+def _evaluate(context, expression, python_modules=('math',)):
+    modules = [importlib.import_module(name.strip())
+               for each in normalize_to_list_of_substitutions(python_modules)
+               for name in each.perform(context).split(',')]
+    names = dict(vars(math)) if math in modules else {}
+    names.update((each.__name__, each) for each in modules)
+    return str(eval(perform(context, expression), {}, names))
+
+
 
 AnonName = substitution('AnonName', 'AnonName({name})', _anonymous_name)
 FindExecutable = substitution('FindExecutable', 'FindExec({name})', _find_executable)
 Command = substitution('Command', 'Command({command})', _command)
 PythonExpression = substitution(
-    'PythonExpression', "PythonExpr({expression}, ['math'])", lambda context, expression: str(
-        eval(perform(context, expression), {}, {**vars(math), 'math': math})))
+    'PythonExpression', 'PythonExpr({expression}, [{python_modules}])', _evaluate)
 
 
 def _to_text(context, side):
