@@ -79,6 +79,23 @@ def test_material_colors_are_those_of_urdfdom():
         [0.1], [0.1, 0.6]]
 
 
+def test_visuals_without_a_material_name_have_the_color_of_the_first_visual():
+    def link(name, *materials):
+        return f'<link name="{name}">' + ''.join(
+            f'<visual><geometry><sphere radius="1"/></geometry>{material}</visual>'
+            for material in materials) + '</link>'
+
+    def color(name, blue):
+        return f'<material name="{name}"><color rgba="0 0 {blue} 1"/></material>'
+
+    robot = robot_shapes(f"""<robot name="r">
+        <joint name="j"><child link="b"/></joint><joint name="k"><child link="c"/></joint>
+        {link('a', color('', 0.1), color('', 0.2), '', color('x', 0.3))}{link('b', color('', 0.4))}
+        {link('c', '', color('y', 0.5))}</robot>""")
+    assert [[shape.color[2] for shape in robot.links[name]] for name in 'abc'] == [
+        [0.1, 0.1, 0.1, 0.3], [0.4], [RED[2], RED[2]]]
+
+
 def test_invalid_robot_description_is_rejected():
     for before, after, reason in (
             ('</robot>', '', 'is not valid XML'), ('radius="0.5"', 'radius="wide"', 'wide'),

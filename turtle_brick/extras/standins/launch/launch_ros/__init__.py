@@ -22,8 +22,8 @@ import ament_index_python as index
 from launch import frontend
 from launch.actions import action, ExecuteProcess, TimerAction
 from launch.frontend import attributes, substitute, take, TYPES
-from launch.substitutions import (describe, get_logger, missing_name, perform, read_typed,
-                                  Substitution, substitution, SubstitutionFailure,
+from launch.substitutions import (describe, get_logger, is_typed, missing_name, perform,
+                                  read_typed, Substitution, substitution, SubstitutionFailure,
                                   TextSubstitution)
 import yaml
 
@@ -90,10 +90,21 @@ class ParameterValue:
 
 
 class ParameterFile:
-    """A parameter file."""
+    """A parameter file, which may contain substitutions if `allow_substs` is true."""
 
-    def __init__(self, param_file):
-        self.param_file = param_file
+    def __init__(self, param_file, *, allow_substs=False):
+        self.param_file, self.allow_substs = param_file, allow_substs
+
+    def evaluate(self, context):
+        """Return the path of the file, or of a copy in which all substitutions are expanded."""
+        path, allowed = perform(context, self.param_file), self.allow_substs
+        if not (allowed if isinstance(allowed, bool) else read_typed(
+                perform(context, allowed), bool)):
+            return path
+        with open(path, encoding='utf-8') as source, NamedTemporaryFile(
+                'w', encoding='utf-8', prefix='launch_params_', delete=False) as file:
+            file.write(perform(context, substitute(source.read())))
+        return file.name
 
 
 def evaluate(context, name, value):
@@ -216,7 +227,8 @@ class Node(ExecuteProcess):
                               default_flow_style=False)
                 path = file.name
             else:
-                path = perform(context, getattr(each, 'param_file', each))
+                file = each if isinstance(each, ParameterFile) else ParameterFile(each)
+                path = file.evaluate(context)
             if os.path.isfile(path):
                 self.cmd += ['--params-file', path]
             else:
@@ -229,41 +241,45 @@ class Node(ExecuteProcess):
 def parameter(element):
     """Convert a `param` element to a dictionary of parameters or to a ParameterFile."""
     if 'from' in element.attrib:
-        return ParameterFile(attributes(element, ['src'])['src'])
+        given = attributes(element, ['src', 'allow_substs'])
+        return ParameterFile(given['src'], allow_substs=given.get('allow_substs', False))
     if 'name' not in element.attrib:
         raise ValueError('param Entity should have name or from attribute')
-    if ('value' in element.attrib) == bool(len(element)):
-        raise RuntimeError('nested parameters and value attributes are mutually exclusive'
-                           if len(element) else
-                           'either a value attribute or nested params are needed')
     if element.get('type', 'str') not in TYPES:
         raise ValueError(f"Got invalid type identifier '{element.attrib['type']}'")
-    value = element.attrib.pop('value', None)
-    name = tuple(attributes(element, ['name', 'type', 'value-sep'])['name'])
-    if value is None:
+    has_value, value = 'value' in element.attrib, element.attrib.pop('value', None)
+    name = tuple(attributes(element, ['name', 'type', 'value', 'value-sep'])['name'])
+    if has_value == bool(len(element)):
+        raise RuntimeError('nested parameters and value attributes are mutually exclusive' if
+                           has_value else 'either a value attribute or nested params are needed')
+    if not has_value:
         return {name: {key: value for each in element for key, value in parameter(each).items()}}
     kind = TYPES[element.attrib['type']] if 'type' in element.attrib else None
-    convert = (lambda text, kind: text) if hasattr(element, 'typed') else read_typed
+    wrong = f"Attribute 'value' of Entity 'param' expected to be of type '{kind}'"
+    typed = hasattr(element, 'typed')
+    if typed and '$(' not in str(value) and not is_typed(value, kind):
+        raise TypeError(f"{wrong}, got '{value}' of type '{type(value)}'")
     if 'value-sep' in element.attrib:
         value = value.split(element.attrib['value-sep'])
     try:
         if isinstance(value, list):
             scalar = getattr(kind, '__args__', [kind])[0]
-            value = [parameter_value(each, scalar, convert) for each in value]
+            value = [parameter_value(each, scalar, typed) for each in value]
         else:
-            value = parameter_value(value, kind, convert)
+            value = parameter_value(value, kind, typed)
     except ValueError:
-        raise TypeError(f"Attribute 'value' of Entity 'param' expected to be of type '{kind}'."
-                        f"'{value}' can not be converted to one of those types") from None
+        raise TypeError(f"{wrong}.'{value}' can not be converted to one of those types") from None
     return {name: ParameterValue(value, value_type=str if isinstance(value, str) else kind)}
 
 
-def parameter_value(value, kind, convert):
+def parameter_value(value, kind, is_converted):
     """Convert a parameter value to the type `kind` if it does not contain substitutions."""
     parts = substitute(value) if isinstance(value, str) else ()
-    if all(isinstance(part, TextSubstitution) for part in parts):
-        return convert(perform(None, parts), kind) if parts else value
-    return parts
+    if not all(isinstance(part, TextSubstitution) for part in parts):
+        return parts
+    if isinstance(value, str):
+        value = perform(None, parts)
+    return value if is_converted else read_typed(value, kind)
 
 
 def node_options(element, inner):

@@ -156,7 +156,7 @@ def robot_shapes(description: str) -> RobotShapes:
     # If several materials have the same name, urdfdom uses the first one.
     materials = [*robot.findall('material'), *robot.findall('link/visual/material')]
     colors = {material.get('name'): _numbers(color, 'rgba', 4) for material in reversed(materials)
-              if (color := material.find('color')) is not None}
+              if material.get('name') and (color := material.find('color')) is not None}
     links = {link.get('name', ''): _link_shapes(link, colors) for link in robot.findall('link')}
     children = {child.get('link') for child in robot.findall('joint/child')}
     roots = [name for name in links if name not in children]
@@ -175,13 +175,24 @@ def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> tuple[Shape, ...]:
-    shapes = []
+    """
+    Return the shapes of a link in the colors that urdfdom and rviz2 give them.
+
+    A visual without a material, or with an empty material name, has the color of the first visual.
+    """
+    shapes: list[Shape] = []
+    first_color = None
     for visual in link.findall('visual'):
         material = visual.find('material')
         name = '' if material is None else material.get('name')
         if name is None:
             break  # urdfdom ignores the rest of a link after a material without a name.
-        shapes += [Shape(solid.tag, _size(solid), colors.get(name, RED), _origin(visual))
+        color = colors.get(name)
+        if visual is link.find('visual'):
+            own = visual.find('material/color')
+            first_color = color if name or own is None else _numbers(own, 'rgba', 4)
+        color = (color or RED) if first_color and name else (first_color or RED)
+        shapes += [Shape(solid.tag, _size(solid), color, _origin(visual))
                    for solid in visual.findall('geometry/*') if solid.tag in SOLIDS]
     return tuple(shapes)
 

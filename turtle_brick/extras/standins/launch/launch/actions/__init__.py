@@ -326,8 +326,8 @@ class ExecuteProcess(Action):
             self.context.create_task(self._end(number))
 
     async def _end(self, first):
-        term, kill = (perform(self.context, timeout)
-                      for timeout in (self.sigterm_timeout, self.sigkill_timeout))
+        term, kill = (each if isinstance(each, float) else perform(self.context, each)
+                      for each in (self.sigterm_timeout, self.sigkill_timeout))
         both = float(term) + float(kill) if first == signal.SIGINT else kill
         for number, seconds, shown, stronger in (
                 (signal.SIGINT, float(term), term, 'SIGTERM'),

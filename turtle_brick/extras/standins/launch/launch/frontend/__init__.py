@@ -40,7 +40,7 @@ COUNTS = {(0, 0): "doesn't expect arguments", (1, 1): 'expects 1 argument',
           (1, 2): 'expects 1 or 2 arguments', (2, 2): 'expects 2 arguments',
           (1, 3): 'expects from 2 or 3 arguments'}
 NOT_IN_FILES = {'self', 'context', 'options', 'actions', 'choices', 'launch_arguments',
-                'launch_configurations', 'additional_env', 'remappings', 'parameters'}
+                'launch_configurations', 'env', 'additional_env', 'remappings', 'parameters'}
 
 
 def arguments(function):
@@ -109,37 +109,40 @@ def on_exit(text):
 
 READERS = {  # functions that convert values with a special syntax, keyed by attribute name
     'arguments': split, 'ros_arguments': split, 'cmd': split, 'description': unescape,
-    'on_exit': on_exit, **dict.fromkeys(('sigterm_timeout', 'sigkill_timeout'),
-                                        lambda value: str(float(value)))}
+    'on_exit': on_exit}
 
 
-def read(name, value):
+def read(element, name):
     """Convert an attribute value to an action argument."""
-    if name in READERS:
-        return READERS[name](value)
-    if isinstance(value, str) and (name not in KINDS or name == 'period'):
+    value, kind, argument = element.attrib[name], KINDS.get(name, str), PYTHON.get(name, name)
+    wrong = f"Attribute '{name}' of Entity '{element.tag}' expected to be of type '{kind}'"
+    if not isinstance(value, (kind, str)):
+        raise TypeError(f"{wrong}, got '{type(value)}'")
+    if argument in READERS:
+        return READERS[argument](value)
+    if not isinstance(value, str):
+        return value
+    if kind is str or name in NAMES['substituted'] and '$(' in value:
         return substitute(value)
-    return read_typed(value, KINDS[name]) if isinstance(value, str) else value
+    try:
+        return read_typed(value, kind)
+    except ValueError:
+        raise TypeError(f"{wrong}.'{value}' can not be converted to one of those types") from None
 
 
 def attributes(element, known, needed=()):
     """Return an element's attributes as a dictionary keyed by Python argument name."""
-    found = {PYTHON.get(name, name): text for name, text in element.attrib.items()}
+    names = {name: PYTHON.get(name, name) for name in element.attrib}
     for name in needed:
-        if name not in found:
+        if XML.get(name, name) not in names:
             raise AttributeError(
-                f"Attribute '{XML.get(name, name)}' of type '{float if name == 'period' else str}'"
-                f" not found in Entity '{element.tag}'")
-    unknown = {name for name in element.attrib
-               if PYTHON.get(name, name) not in known or name in PYTHON.values()}
+                f"Attribute '{XML.get(name, name)}' of type '{KINDS.get(name, str)}' not found in "
+                f"Entity '{element.tag}'")
+    unknown = {name for name in names if names[name] not in known or name in XML}
     if unknown:
-        raise ValueError(f'Unexpected attribute(s) found in `{element.tag}`: {unknown}')
-    for name, value in found.items():
-        kind = KINDS.get(name, str)
-        if not isinstance(value, (kind, str)):
-            raise TypeError(f"Attribute '{XML.get(name, name)}' of Entity '{element.tag}' expected"
-                            f" to be of type '{kind}', got '{type(value)}'")
-    return {name: read(name, value) for name, value in found.items()}
+        raise ValueError(f'Unexpected attribute(s) found in `{element.tag}`: {unknown}. '
+                         f'Expected: {", ".join(sorted(XML.get(name, name) for name in known))}')
+    return {names[name]: read(element, name) for name in names}
 
 
 def take(elements, tag, *names):
@@ -176,16 +179,18 @@ NESTED = {  # functions that convert nested elements to action arguments (launch
 def action(element):
     """Convert an XML or YAML element to an action."""
     if element.tag not in ACTIONS:
-        raise RuntimeError(f'Unrecognized entity of the type: {element.tag}')
+        raise RuntimeError(f'Unrecognized entity of the type: {element.tag}. '
+                           f'Expected: {", ".join(sorted(ACTIONS))}')
+    check_text(element)
     kind, options, inner = ACTIONS[element.tag], {}, list(element)
-    for name, condition in (('if', IfCondition), ('unless', UnlessCondition)):
-        if name in element.attrib:
-            options['condition'] = condition(substitute(element.attrib.pop(name)))
     known, needed = arguments(kind.do)
     if element.tag == 'node':
         more, needed = arguments(kind.__init__)
-        known += more
-    options.update(attributes(element, known, needed))
+        known = {*known, *more} - {'cmd'}
+    options.update(attributes(element, {*known, 'if', 'unless'}, needed))
+    for name, condition in (('if', IfCondition), ('unless', UnlessCondition)):
+        if name in options:
+            options['condition'] = condition(options.pop(name))
     if element.tag in NESTED:
         options.update(NESTED[element.tag](element, inner))
     if inner:
@@ -194,10 +199,19 @@ def action(element):
     return kind(**options)
 
 
+def check_text(element):
+    """Raise a TypeError if an element contains only text."""
+    text = str(element.text or '').strip()
+    if text and not (element.attrib or len(element)):
+        raise TypeError(f"Entity '{element.tag}' expected to have attributes or nested entities, "
+                        f"got '{text}'")
+
+
 def describe(root):
     """Convert the root element of a launch file to a launch description."""
     if root.tag != 'launch':
         raise RuntimeError("Expected 'launch' as root tag")
+    check_text(root)
     for extension in extensions('launch.frontend.launch_extension').values():
         extension.load()
     return LaunchDescription([action(each) for each in root])
@@ -226,19 +240,41 @@ class YAMLElement(ElementTree.Element):
 def yaml_element(tag, content):
     """Convert YAML content to an element with a given tag."""
     element = YAMLElement(tag)
-    content = content if isinstance(content, dict) else {'children': content or ()}
-    for name, value in content.items():
-        if name == 'children':
-            element.extend(yaml_element(*item) for each in value for item in each.items())
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            element.extend(yaml_element(name, each) for each in value)
+    if tag in NAMES['with_children']:
+        content = {'children': content} if isinstance(content, list) else content
+        if not isinstance(content, dict) or not isinstance(content.get('children'), list):
+            raise ValueError(
+                f'Expected entity `{tag}` to have children entities. That can be a list of '
+                'subentities or a dictionary with a `children` list element. Did you forget a '
+                'dash before an entity?')
+        element.extend([yaml_element(*subentity(tag, each))
+                        for each in content.pop('children')])
+    for name, value in content.items() if isinstance(content, dict) else ():
+        if isinstance(value, list) and value and all(isinstance(each, dict) for each in value):
+            element.extend([yaml_element(name, each) for each in value])
+        elif name in NAMES['lists']:
+            raise TypeError(f"Attribute '{name}' of Entity '{tag}' expected to be a list of "
+                            f"dictionaries, got '{value}'")
         else:
             element.attrib[name] = value
+    if not isinstance(content, dict):
+        element.text = content
     return element
+
+
+def subentity(tag, item):
+    """Return the type and the content of an entity in the list of an entity with a given tag."""
+    if not isinstance(item, dict) or len(item) != 1:
+        raise RuntimeError('Subentities must be a dictionary with only one key, which is the '
+                           f"entity type, but `{tag}` contains '{item}'. Are the attributes "
+                           'indented further than the entity type?')
+    return next(iter(item.items()))
 
 
 def parse_yaml(path):
     """Read a launch description from a YAML file."""
     with open(path, encoding='utf-8') as file:
-        (root,) = yaml.safe_load(file).items()
-    return describe(yaml_element(*root))
+        tree = yaml.safe_load(file)
+    if not isinstance(tree, dict) or len(tree) != 1:
+        raise RuntimeError("Expected only one root, which is 'launch'")
+    return describe(yaml_element(*next(iter(tree.items()))))

@@ -135,13 +135,18 @@ def read_typed(text, kind=None):
     except yaml.YAMLError as error:
         raise ValueError(f"Failed to convert '{shorten(text, 60)}' using yaml rules: "
                          f'yaml.safe_load() failed\n{error}') from None
-    scalar = getattr(kind, '__args__', [kind])[0] or (str, int, float, bool)
-    parts = value if isinstance(value, list) else [value]
-    if (kind and isinstance(value, list) is (scalar is kind) or len(set(map(type, parts))) > 1
-            or not all(isinstance(part, scalar) for part in parts)):
+    if not is_typed(value, kind):
         raise ValueError(f"'{shorten(text, 60)}' can not be converted to "
                          f"{kind or 'one of the types'}")
     return value
+
+
+def is_typed(value, kind):
+    """Return whether a value has a type such as bool or list[int] (by default, any of these)."""
+    scalar = getattr(kind, '__args__', [kind])[0] or (str, int, float, bool)
+    parts = value if isinstance(value, list) else [value]
+    return (all(isinstance(part, scalar) for part in parts) and len(set(map(type, parts))) < 2
+            and (kind is None or isinstance(value, list) is not (scalar is kind)))
 
 
 # -------------------------------------------------------------------------- launch.substitutions
@@ -262,6 +267,15 @@ def _command(context, command, *, on_stderr='fail'):
     return done.stdout
 
 
+def _evaluate(context, expression, python_modules=('math',)):
+    modules = [importlib.import_module(name.strip())
+               for each in normalize_to_list_of_substitutions(python_modules)
+               for name in each.perform(context).split(',')]
+    names = dict(vars(math)) if math in modules else {}
+    names.update((each.__name__, each) for each in modules)
+    return str(eval(perform(context, expression), {}, names))
+
+
 def _anonymous_name(context, name):
     name = perform(context, name)
     unique = f'{name}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}'
@@ -272,8 +286,7 @@ AnonName = substitution('AnonName', 'AnonName({name})', _anonymous_name)
 FindExecutable = substitution('FindExecutable', 'FindExec({name})', _find_executable)
 Command = substitution('Command', 'Command({command})', _command)
 PythonExpression = substitution(
-    'PythonExpression', "PythonExpr({expression}, ['math'])", lambda context, expression: str(
-        eval(perform(context, expression), {}, {**vars(math), 'math': math})))
+    'PythonExpression', 'PythonExpr({expression}, [{python_modules}])', _evaluate)
 
 
 def _to_text(context, side):
