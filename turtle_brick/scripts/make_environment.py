@@ -66,6 +66,16 @@ FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
 """Paths in the wheels' CMake files that exist only on the machine that built the wheels."""
 
+CPP_GENERATORS = ('rosidl_generator_cpp', 'rosidl_typesupport_cpp',
+                  'rosidl_typesupport_fastrtps_cpp', 'rosidl_typesupport_introspection_cpp')
+"""Interface generators for rclcpp, which the environment does not contain."""
+
+GENERATORS = re.compile(r'(ament_execute_extensions\("rosidl_generate_idl_interfaces")\)')
+"""CMake command that runs the interface generators."""
+
+NO_TYPE_SUPPORT = re.compile(r'set\(output_target "\$\{output_target\}-NOTFOUND"\)')
+"""CMake command that is executed if a package requires an interface in another language."""
+
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
@@ -232,6 +242,10 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
     """Repair the paths and commands in the text of a wheel's CMake file."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
+    text = GENERATORS.sub(rf'\1 EXCLUDE {" ".join(CPP_GENERATORS)})', text)
+    text = NO_TYPE_SUPPORT.sub(
+        'message(FATAL_ERROR "The PyPI environment generates interfaces for C and Python, but '
+        'this package requires ${typesupport_name}. Nodes in C++ require ROS 2 Jazzy.")', text)
     text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
     return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 

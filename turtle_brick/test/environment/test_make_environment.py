@@ -70,6 +70,8 @@ def test_cmake_files_are_adapted_to_this_machine(program):
         '/opt/python/cp310-cp310/lib/python3.10/site-packages/numpy/_core/include"\n'
         'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
         '  file(STRINGS "${idl_output}" idl_tuples)\n'
+        '    set(output_target "${output_target}-NOTFOUND")\n'
+        '  ament_execute_extensions("rosidl_generate_idl_interfaces")\n'
         '  add_custom_target(\n    ament_cmake_python_copy_${package_name}\n    COMMAND a "b"\n'
         '  add_custom_target(\n    ${target} ALL\n',
         '/usr/include/python3.x', '/home/me\\1/packages')
@@ -77,6 +79,11 @@ def test_cmake_files_are_adapted_to_this_machine(program):
         'INCLUDES "/usr/include/python3.x;/home/me\\1/packages/numpy/_core/include"\n'
         'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
         '  file(STRINGS "${idl_output}" idl_tuples ENCODING UTF-8)\n'
+        '    message(FATAL_ERROR "The PyPI environment generates interfaces for C and Python, but '
+        'this package requires ${typesupport_name}. Nodes in C++ require ROS 2 Jazzy.")\n'
+        '  ament_execute_extensions("rosidl_generate_idl_interfaces" EXCLUDE '
+        'rosidl_generator_cpp rosidl_typesupport_cpp rosidl_typesupport_fastrtps_cpp '
+        'rosidl_typesupport_introspection_cpp)\n'
         '  add_custom_target(\n    ament_cmake_python_copy_${package_name} VERBATIM\n'
         '    COMMAND a "b"\n'
         '  add_custom_target(\n    ${target} ALL\n')
