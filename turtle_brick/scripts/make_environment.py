@@ -16,7 +16,8 @@ Create or update the directory `.ros`, which contains the environment for this w
 
 The first argument selects the ROS installation. `native` uses the sourced installation, and `pypi`
 installs ROS from Python wheels. The second argument selects the packages to build. `ros` builds
-only the stand-ins, and `packages` also builds the packages in this workspace.
+all stand-ins and installs the linters. `packages` builds the packages in this workspace and only
+what they require. If the workspace contains further packages, that is everything.
 
 The script setup_shell.bash runs this program and then sources the setup files in `.ros`. The
 directory `.ros` contains the following items:
@@ -53,6 +54,7 @@ SCRIPTS = Path(__file__).resolve().parent
 REQUIREMENTS = SCRIPTS / 'requirements.txt'
 COPIED = (SCRIPTS / 'local_setup.bash', SCRIPTS / 'fastdds.xml')
 TOP = SCRIPTS.parents[1]
+LATER_REQUIREMENTS = SCRIPTS / 'requirements_later.txt'
 OWN_REQUIREMENTS = TOP / '.ros-requirements.txt'
 ENVIRONMENT = TOP / '.ros'
 VENV = ENVIRONMENT / 'venv'
@@ -80,11 +82,20 @@ UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: 
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
 
+PINNED = ('--no-deps', '--no-build-isolation', '--use-pep517')
+"""Options of pip for packages whose dependencies are listed too."""
+
 NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|CONFIG|KEYRING')
 """Names of pip options that change neither the installed packages nor their location."""
 
 ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
+
+PACKAGES = ('turtle_brick_interfaces', 'turtle_brick')
+"""Names of the packages in this workspace, in build order."""
+
+LATER = ('example_interfaces',)
+"""Stand-ins that these packages do not require."""
 
 NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
@@ -257,7 +268,8 @@ def pip_install(packages: str, *arguments: str) -> None:
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
                PIP_DISABLE_PIP_VERSION_CHECK='1', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
     cache = [] if os.access(os.path.expanduser('~'), os.W_OK) else ['--no-cache-dir']
-    run([f'{VENV}/bin/python', '-m', 'pip', 'install', *cache, *arguments], env,
+    # Python compiles a module when it is imported. Most modules are never imported.
+    run([f'{VENV}/bin/python', '-m', 'pip', 'install', '--no-compile', *cache, *arguments], env,
         f'downloading and installing {packages}',
         f'pip could not install {packages}. See its output above. Check the network connection '
         'and the proxy and index of pip, and try again.')
@@ -271,9 +283,8 @@ def make_venv() -> None:
     # Three small packages have no wheels. pip requires setuptools to build them.
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    options = ('--no-deps', '--no-build-isolation', '--use-pep517')
-    pip_install('setuptools', *options, setuptools)
-    pip_install('ROS 2 Jazzy', *options, '-r', str(REQUIREMENTS))
+    pip_install('setuptools', *PINNED, setuptools)
+    pip_install('ROS 2 Jazzy', *PINNED, '-r', str(REQUIREMENTS))
 
     packages = VENV / 'lib' / f'python{VERSION}' / 'site-packages'
     for path in (VENV / 'share').rglob('*.cmake'):
@@ -291,12 +302,19 @@ def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
     return next((prefix for prefix in prefixes if Path(prefix, index, package).is_file()), None)
 
 
-def standins(prefixes: list[str]) -> dict[str, Path]:
-    """Return the folder of each stand-in whose real package is absent, keyed by package name."""
+def standins(prefixes: list[str], complete: bool) -> dict[str, Path]:
+    """
+    Return the folders of the required stand-ins whose real packages are absent.
+
+    :param prefixes: prefixes of the ROS installation
+    :param complete: whether also the stand-ins in LATER are required
+    :return: folders, keyed by package name
+    """
     folders = {manifest.parent.name: manifest.parent
                for manifest in sorted(TOP.glob('turtle_brick/standins/*/package.xml'))}
     return {name: folder for name, folder in folders.items()
-            if not find_prefix(name, prefixes)}
+            if not find_prefix(name, prefixes)
+            and (complete or name not in LATER or (ENVIRONMENT / 'standins' / name).is_dir())}
 
 
 def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
@@ -358,8 +376,24 @@ def use_native() -> tuple[list[str], str, list[Path]]:
     return prefixes, mark, []
 
 
-def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
-    """Update the virtual environment, and return its prefix, fingerprint and setup file."""
+def update(key: str, requirements: Path, made: dict[str, str], packages: str,
+           *options: str) -> None:
+    """Install further packages if they have not been recorded under this key."""
+    wanted = fingerprint(requirements.read_bytes())
+    if made.get(key) != wanted:
+        pip_install(packages, *options, '-r', str(requirements))
+        made[key] = wanted
+        write_record(made)
+
+
+def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list[Path]]:
+    """
+    Update the virtual environment.
+
+    :param made: recorded fingerprints, which the function updates
+    :param complete: whether also the packages in LATER_REQUIREMENTS are required
+    :return: prefix, fingerprint and setup file of the environment
+    """
     sources = (REQUIREMENTS, *COPIED, Path(__file__))
     mark = fingerprint(VENV, BASE_PYTHON, *(path.read_bytes() for path in sources))
     if made.get('venv') != mark or not VENV.is_dir():
@@ -379,23 +413,21 @@ def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
         except BaseException:
             remove_environment()
             raise
+    if complete:
+        update('later', LATER_REQUIREMENTS, made, 'linters and plotting tools', *PINNED)
     if OWN_REQUIREMENTS.is_file():
-        own = fingerprint(OWN_REQUIREMENTS.read_bytes())
-        if made.get('own') != own:
-            pip_install(OWN_REQUIREMENTS.name, '-r', str(OWN_REQUIREMENTS))
-            made['own'] = own
-            write_record(made)
+        update('own', OWN_REQUIREMENTS, made, OWN_REQUIREMENTS.name)
     return [str(VENV)], mark, [VENV / 'local_setup.bash']
 
 
 def make_environment(kind: str, content: str) -> None:
     """Create or update the environment selected on the command line."""
     made = read_record()
-    prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made)
-    build('standins', standins(prefixes), made, *underlay)
+    complete = content == 'ros'
+    prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made, complete)
+    build('standins', standins(prefixes, complete), made, *underlay)
     if content == 'packages':
-        names = ('turtle_brick_interfaces', 'turtle_brick')
-        build('install', {name: TOP / name for name in names}, made, *underlay)
+        build('install', {name: TOP / name for name in PACKAGES}, made, *underlay)
 
 
 def main() -> int:

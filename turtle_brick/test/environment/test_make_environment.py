@@ -170,6 +170,15 @@ def test_the_standins_are_built_without_the_packages(top, built):
     assert built() == ['turtlesim', 'turtle_brick']
 
 
+def test_packages_that_only_other_workspaces_require_are_built_by_ros_bash(top, built):
+    (top / 'turtle_brick/standins/tf2_msgs').rename(
+        top / 'turtle_brick/standins/example_interfaces')
+    assert built() == EVERYTHING[1:]
+    assert built(content='ros') == ['example_interfaces']
+    assert built() == []
+    assert (top / '.ros/standins/example_interfaces').is_dir()
+
+
 def test_a_failed_build_is_reported_and_repeated(top, program, built, capsys):
     assert built() == EVERYTHING
     content = top / 'turtle_brick/content.txt'
