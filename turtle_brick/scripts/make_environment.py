@@ -24,7 +24,8 @@ directory `.ros` contains the following items:
 
 - `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
   Jazzy messages. `venv` is also a ROS prefix whose `local_setup.bash` sets environment variables.
-- `standins` and `install` contain the built stand-ins and the built packages.
+- `standins`, `install` and `own` contain the built stand-ins, the built packages of this project
+  and the built packages that the user added to the workspace.
 - `build` and `log` are the other colcon directories.
 - `made.json` contains fingerprints of the virtual environment and of each built package.
 
@@ -92,12 +93,18 @@ ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
 
 PACKAGES = ('turtle_brick_interfaces', 'turtle_brick')
-"""Names of the packages in this workspace, in build order."""
+"""Names of the packages that belong to this project, in build order."""
 
 LATER = ('example_interfaces',)
 """Stand-ins that these packages do not require."""
 
+BASES = ('standins', 'install', 'own')
+"""Directories in `.ros` with the built packages. Each one depends on those before it."""
+
 NOT_BUILT = ('doc', 'media', 'scripts', 'standins', 'test')
+MANIFEST_NAME = re.compile(r'<name>\s*([\w-]+)\s*</name>')
+"""Package name in a package.xml file."""
+
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
@@ -177,7 +184,8 @@ def folder_fingerprint(folder: Path) -> str:
         found += [path.read_bytes() for path in sorted((TOP / 'turtle_brick').glob(pattern))]
     for path in sorted(folder.rglob('*')):
         name = path.relative_to(folder)
-        if path.is_file() and name.parts[0] not in NOT_BUILT and not IGNORED.search(f'/{name}'):
+        not_built = NOT_BUILT if folder.name in PACKAGES else ()
+        if path.is_file() and name.parts[0] not in not_built and not IGNORED.search(f'/{name}'):
             found += [name, os.access(path, os.X_OK), path.read_bytes()]
     return fingerprint(*found)
 
@@ -317,6 +325,20 @@ def standins(prefixes: list[str], complete: bool) -> dict[str, Path]:
             and (complete or name not in LATER or (ENVIRONMENT / 'standins' / name).is_dir())}
 
 
+def own_packages() -> dict[str, Path]:
+    """Return the folders of the packages that the user added to the workspace, keyed by name."""
+    folders = {}
+    for manifest in sorted((*TOP.glob('*/package.xml'), *TOP.glob('*/*/package.xml'))):
+        folder = manifest.parent
+        name = MANIFEST_NAME.search(manifest.read_text(errors='replace'))
+        inside = (folder.parent / 'package.xml').is_file()
+        ignored = any((place / file).exists() for place in (folder, folder.parent)
+                      for file in ('COLCON_IGNORE', 'AMENT_IGNORE'))
+        if name and name[1] not in PACKAGES and not inside and not ignored:
+            folders[name[1]] = folder
+    return folders
+
+
 def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
           setup_files: list[Path]) -> None:
     """
@@ -347,19 +369,37 @@ def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
         shutil.rmtree(install / name, ignore_errors=True)
     if not changed:
         return
+    setup_files = [*setup_files, *(ENVIRONMENT / earlier / 'local_setup.bash'
+                                   for earlier in BASES[:BASES.index(base)])]
+    try:
+        run_colcon([*folders.values()], changed, install, setup_files)
+    finally:
+        made.update((name, current[name]) for name in changed if is_built(name))
+        write_record(made)
+
+
+def run_colcon(folders: list[Path], changed: list[str], install: Path,
+               setup_files: list[Path]) -> None:
+    """Source the setup files and build the changed packages."""
     # colcon's setup scripts require an empty IFS because they do not quote the path to Python.
-    sourced = [f'IFS= source {shlex.quote(str(path))}' for path in (
-        *setup_files, ENVIRONMENT / 'standins/local_setup.bash') if path.is_file()]
-    run(['bash', '-c', ' && '.join([*sourced, 'exec "$@"']), 'bash',
-         'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build',
-         '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
-         '--build-base', str(ENVIRONMENT / 'build'), '--install-base', str(install)],
-        {**clean_environment(), 'COLCON_DEFAULTS_FILE': os.devnull, 'PYTHONUTF8': '1'},
-        f'building {len(changed)} of {len(folders)} packages',
-        f'colcon could not build {", ".join(changed)}. See its output above and in '
-        '.ros/log/latest_build.')
-    made.update(current)
-    write_record(made)
+    sourced = [f'IFS= source {shlex.quote(str(path))}' for path in setup_files if path.is_file()]
+    try:
+        run(['bash', '-c', ' && '.join([*sourced, 'exec "$@"']), 'bash',
+             'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build', '--continue-on-error',
+             '--base-paths', *map(str, folders), '--packages-select', *changed,
+             '--build-base', str(ENVIRONMENT / 'build'), '--install-base', str(install)],
+            {**clean_environment(), 'COLCON_DEFAULTS_FILE': os.devnull, 'PYTHONUTF8': '1'},
+            f'building {len(changed)} of {len(folders)} packages', '')
+    except SetupError:
+        failed = ', '.join(name for name in changed if not is_built(name))
+        raise SetupError(f'colcon could not build {failed}. See its output above and in '
+                         '.ros/log/latest_build.') from None
+
+
+def is_built(name: str) -> bool:
+    """Return whether the latest build of a package succeeded."""
+    status = ENVIRONMENT / 'build' / name / 'colcon_build.rc'
+    return status.is_file() and status.read_text().strip() == '0'
 
 
 def remove_environment() -> None:
@@ -423,11 +463,16 @@ def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list
 def make_environment(kind: str, content: str) -> None:
     """Create or update the environment selected on the command line."""
     made = read_record()
-    complete = content == 'ros'
+    own = own_packages()
+    complete = content == 'ros' or bool(own)
     prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made, complete)
     build('standins', standins(prefixes, complete), made, *underlay)
     if content == 'packages':
         build('install', {name: TOP / name for name in PACKAGES}, made, *underlay)
+        try:
+            build('own', own, made, *underlay)
+        except SetupError as error:
+            report(f'turtle_brick: {error} All other packages are ready.')
 
 
 def main() -> int:
