@@ -16,16 +16,16 @@ Create or update the directory `.ros`, which contains the environment for this w
 
 The first argument selects the ROS installation. `native` uses the sourced installation, and `pypi`
 installs ROS from Python wheels. The second argument selects the packages to build. `ros` builds
-only the stand-ins and turtle_graph, and `packages` also builds the packages that use turtle_brick.
+all stand-ins and installs the linters. `packages` builds the packages of this project and only
+what they require. If the workspace contains further packages, that is everything.
 
 The script setup_shell.bash runs this program and then sources the setup files in `.ros`. The
 directory `.ros` contains the following items:
 
 - `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
   Jazzy messages. `venv` is also a ROS prefix whose `local_setup.bash` sets environment variables.
-- `standins` contains the built stand-ins and turtle_graph, which do not depend on turtle_brick.
-- `install` contains the built packages turtle_brick_interfaces, turtle_brick and
-  turtle_brick_tools.
+- `standins`, `install` and `own` contain the built stand-ins with turtle_graph, the built packages
+  that use turtle_brick, and the built packages that the user added to the workspace.
 - `build` and `log` are the other colcon directories.
 - `made.json` contains fingerprints of the virtual environment and of each built package.
 
@@ -56,6 +56,7 @@ REQUIREMENTS = SCRIPTS / 'requirements.txt'
 COPIED = (SCRIPTS / 'local_setup.bash', SCRIPTS / 'fastdds.xml')
 TOP = SCRIPTS.parents[1]
 EXTRAS = TOP / 'turtle_brick' / 'extras'
+LATER_REQUIREMENTS = SCRIPTS / 'requirements_later.txt'
 OWN_REQUIREMENTS = TOP / '.ros-requirements.txt'
 ENVIRONMENT = TOP / '.ros'
 VENV = ENVIRONMENT / 'venv'
@@ -69,9 +70,22 @@ FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
 """Paths in the wheels' CMake files that exist only on the machine that built the wheels."""
 
+CPP_GENERATORS = ('rosidl_generator_cpp', 'rosidl_typesupport_cpp',
+                  'rosidl_typesupport_fastrtps_cpp', 'rosidl_typesupport_introspection_cpp')
+"""Interface generators for rclcpp, which the environment does not contain."""
+
+GENERATORS = re.compile(r'(ament_execute_extensions\("rosidl_generate_idl_interfaces")\)')
+"""CMake command that runs the interface generators."""
+
+NO_TYPE_SUPPORT = re.compile(r'set\(output_target "\$\{output_target\}-NOTFOUND"\)')
+"""CMake command that is executed if a package requires an interface in another language."""
+
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
+
+PINNED = ('--no-deps', '--no-build-isolation', '--use-pep517')
+"""Options of pip for packages whose dependencies are listed too."""
 
 NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|CONFIG|KEYRING')
 """Names of pip options that change neither the installed packages nor their location."""
@@ -79,7 +93,23 @@ NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|C
 ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
 
+TURTLE_GRAPH = EXTRAS / 'turtle_graph'
+"""Folder of the package that the stand-ins use and that does not depend on turtle_brick."""
+
+PACKAGES = {folder.name: folder for folder in (
+    TOP / 'turtle_brick_interfaces', TOP / 'turtle_brick', EXTRAS / 'turtle_brick_tools')}
+"""Folders of the other packages that belong to this project, in build order."""
+
+LATER = ('example_interfaces',)
+"""Stand-ins that these packages do not require."""
+
+BASES = ('standins', 'install', 'own')
+"""Directories in `.ros` with the built packages. Each one depends on those before it."""
+
 NOT_BUILT = ('doc', 'extras', 'media', 'scripts', 'test')
+MANIFEST_NAME = re.compile(r'<name>\s*([\w-]+)\s*</name>')
+"""Package name in a package.xml file."""
+
 IGNORED = re.compile(r'/\.|/__pycache__/|\.egg-info/')
 """Folders, hidden files and generated files that do not affect package builds."""
 
@@ -156,7 +186,8 @@ def folder_fingerprint(folder: Path) -> str:
         found += [path.read_bytes() for path in sorted((TOP / 'turtle_brick').glob(pattern))]
     for path in sorted(folder.rglob('*')):
         name = path.relative_to(folder)
-        if path.is_file() and name.parts[0] not in NOT_BUILT and not IGNORED.search(f'/{name}'):
+        not_built = NOT_BUILT if folder in (TURTLE_GRAPH, *PACKAGES.values()) else ()
+        if path.is_file() and name.parts[0] not in not_built and not IGNORED.search(f'/{name}'):
             found += [name, os.access(path, os.X_OK), path.read_bytes()]
     return fingerprint(*found)
 
@@ -232,6 +263,10 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
     """Repair the paths and commands in the text of a wheel's CMake file."""
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
+    text = GENERATORS.sub(rf'\1 EXCLUDE {" ".join(CPP_GENERATORS)})', text)
+    text = NO_TYPE_SUPPORT.sub(
+        'message(FATAL_ERROR "The PyPI environment generates interfaces for C and Python, but '
+        'this package requires ${typesupport_name}. Nodes in C++ require ROS 2 Jazzy.")', text)
     text = UNQUOTED_TARGET.sub(r'\1 VERBATIM', text)
     return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 
@@ -243,7 +278,8 @@ def pip_install(packages: str, *arguments: str) -> None:
     env.update(PYTHONNOUSERSITE='1', PIP_USER='0', PIP_NO_INPUT='1',
                PIP_DISABLE_PIP_VERSION_CHECK='1', _ROS_WHEELS_BOOTSTRAP_COMPLETE='1')
     cache = [] if os.access(os.path.expanduser('~'), os.W_OK) else ['--no-cache-dir']
-    run([f'{VENV}/bin/python', '-m', 'pip', 'install', *cache, *arguments], env,
+    # Python compiles a module when it is imported. Most modules are never imported.
+    run([f'{VENV}/bin/python', '-m', 'pip', 'install', '--no-compile', *cache, *arguments], env,
         f'downloading and installing {packages}',
         f'pip could not install {packages}. See its output above. Check the network connection '
         'and the proxy and index of pip, and try again.')
@@ -257,9 +293,8 @@ def make_venv() -> None:
     # Three small packages have no wheels. pip requires setuptools to build them.
     setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
                       if line.startswith('setuptools=='))
-    options = ('--no-deps', '--no-build-isolation', '--use-pep517')
-    pip_install('setuptools', *options, setuptools)
-    pip_install('ROS 2 Jazzy', *options, '-r', str(REQUIREMENTS))
+    pip_install('setuptools', *PINNED, setuptools)
+    pip_install('ROS 2 Jazzy', *PINNED, '-r', str(REQUIREMENTS))
 
     packages = VENV / 'lib' / f'python{VERSION}' / 'site-packages'
     for path in (VENV / 'share').rglob('*.cmake'):
@@ -277,12 +312,33 @@ def find_prefix(package: str, prefixes: Iterable[str]) -> str | None:
     return next((prefix for prefix in prefixes if Path(prefix, index, package).is_file()), None)
 
 
-def standins(prefixes: list[str]) -> dict[str, Path]:
-    """Return the folder of each stand-in whose real package is absent, keyed by package name."""
+def standins(prefixes: list[str], complete: bool) -> dict[str, Path]:
+    """
+    Return the folders of the required stand-ins whose real packages are absent.
+
+    :param prefixes: prefixes of the ROS installation
+    :param complete: whether also the stand-ins in LATER are required
+    :return: folders, keyed by package name
+    """
     folders = {manifest.parent.name: manifest.parent
                for manifest in sorted(EXTRAS.glob('standins/*/package.xml'))}
     return {name: folder for name, folder in folders.items()
-            if not find_prefix(name, prefixes)}
+            if not find_prefix(name, prefixes)
+            and (complete or name not in LATER or (ENVIRONMENT / 'standins' / name).is_dir())}
+
+
+def own_packages() -> dict[str, Path]:
+    """Return the folders of the packages that the user added to the workspace, keyed by name."""
+    folders = {}
+    for manifest in sorted((*TOP.glob('*/package.xml'), *TOP.glob('*/*/package.xml'))):
+        folder = manifest.parent
+        name = MANIFEST_NAME.search(manifest.read_text(errors='replace'))
+        inside = (folder.parent / 'package.xml').is_file()
+        ignored = any((place / file).exists() for place in (folder, folder.parent)
+                      for file in ('COLCON_IGNORE', 'AMENT_IGNORE'))
+        if name and name[1] not in PACKAGES and not inside and not ignored:
+            folders[name[1]] = folder
+    return folders
 
 
 def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
@@ -315,19 +371,37 @@ def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
         shutil.rmtree(install / name, ignore_errors=True)
     if not changed:
         return
+    setup_files = [*setup_files, *(ENVIRONMENT / earlier / 'local_setup.bash'
+                                   for earlier in BASES[:BASES.index(base)])]
+    try:
+        run_colcon([*folders.values()], changed, install, setup_files)
+    finally:
+        made.update((name, current[name]) for name in changed if is_built(name))
+        write_record(made)
+
+
+def run_colcon(folders: list[Path], changed: list[str], install: Path,
+               setup_files: list[Path]) -> None:
+    """Source the setup files and build the changed packages."""
     # colcon's setup scripts require an empty IFS because they do not quote the path to Python.
-    sourced = [f'IFS= source {shlex.quote(str(path))}' for path in (
-        *setup_files, ENVIRONMENT / 'standins/local_setup.bash') if path.is_file()]
-    run(['bash', '-c', ' && '.join([*sourced, 'exec "$@"']), 'bash',
-         'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build',
-         '--base-paths', *map(str, folders.values()), '--packages-select', *changed,
-         '--build-base', str(ENVIRONMENT / 'build'), '--install-base', str(install)],
-        {**clean_environment(), 'COLCON_DEFAULTS_FILE': os.devnull, 'PYTHONUTF8': '1'},
-        f'building {len(changed)} of {len(folders)} packages',
-        f'colcon could not build {", ".join(changed)}. See its output above and in '
-        '.ros/log/latest_build.')
-    made.update(current)
-    write_record(made)
+    sourced = [f'IFS= source {shlex.quote(str(path))}' for path in setup_files if path.is_file()]
+    try:
+        run(['bash', '-c', ' && '.join([*sourced, 'exec "$@"']), 'bash',
+             'colcon', '--log-base', str(ENVIRONMENT / 'log'), 'build', '--continue-on-error',
+             '--base-paths', *map(str, folders), '--packages-select', *changed,
+             '--build-base', str(ENVIRONMENT / 'build'), '--install-base', str(install)],
+            {**clean_environment(), 'COLCON_DEFAULTS_FILE': os.devnull, 'PYTHONUTF8': '1'},
+            f'building {len(changed)} of {len(folders)} packages', '')
+    except SetupError:
+        failed = ', '.join(name for name in changed if not is_built(name))
+        raise SetupError(f'colcon could not build {failed}. See its output above and in '
+                         '.ros/log/latest_build.') from None
+
+
+def is_built(name: str) -> bool:
+    """Return whether the latest build of a package succeeded."""
+    status = ENVIRONMENT / 'build' / name / 'colcon_build.rc'
+    return status.is_file() and status.read_text().strip() == '0'
 
 
 def remove_environment() -> None:
@@ -344,8 +418,24 @@ def use_native() -> tuple[list[str], str, list[Path]]:
     return prefixes, mark, []
 
 
-def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
-    """Update the virtual environment, and return its prefix, fingerprint and setup file."""
+def update(key: str, requirements: Path, made: dict[str, str], packages: str,
+           *options: str) -> None:
+    """Install further packages if they have not been recorded under this key."""
+    wanted = fingerprint(requirements.read_bytes())
+    if made.get(key) != wanted:
+        pip_install(packages, *options, '-r', str(requirements))
+        made[key] = wanted
+        write_record(made)
+
+
+def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list[Path]]:
+    """
+    Update the virtual environment.
+
+    :param made: recorded fingerprints, which the function updates
+    :param complete: whether also the packages in LATER_REQUIREMENTS are required
+    :return: prefix, fingerprint and setup file of the environment
+    """
     sources = (REQUIREMENTS, *COPIED, Path(__file__))
     mark = fingerprint(VENV, BASE_PYTHON, *(path.read_bytes() for path in sources))
     if made.get('venv') != mark or not VENV.is_dir():
@@ -365,25 +455,27 @@ def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
         except BaseException:
             remove_environment()
             raise
+    if complete:
+        update('later', LATER_REQUIREMENTS, made, 'linters and plotting tools', *PINNED)
     if OWN_REQUIREMENTS.is_file():
-        own = fingerprint(OWN_REQUIREMENTS.read_bytes())
-        if made.get('own') != own:
-            pip_install(OWN_REQUIREMENTS.name, '-r', str(OWN_REQUIREMENTS))
-            made['own'] = own
-            write_record(made)
+        update('own', OWN_REQUIREMENTS, made, OWN_REQUIREMENTS.name)
     return [str(VENV)], mark, [VENV / 'local_setup.bash']
 
 
 def make_environment(kind: str, content: str) -> None:
     """Create or update the environment selected on the command line."""
     made = read_record()
-    prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made)
-    build('standins', {**standins(prefixes), 'turtle_graph': EXTRAS / 'turtle_graph'}, made,
+    own = own_packages()
+    complete = content == 'ros' or bool(own)
+    prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made, complete)
+    build('standins', {**standins(prefixes, complete), TURTLE_GRAPH.name: TURTLE_GRAPH}, made,
           *underlay)
     if content == 'packages':
-        folders = (TOP / 'turtle_brick_interfaces', TOP / 'turtle_brick',
-                   EXTRAS / 'turtle_brick_tools')
-        build('install', {folder.name: folder for folder in folders}, made, *underlay)
+        build('install', PACKAGES, made, *underlay)
+        try:
+            build('own', own, made, *underlay)
+        except SetupError as error:
+            report(f'turtle_brick: {error} All other packages are ready.')
 
 
 def main() -> int:

@@ -112,6 +112,7 @@ _turtle_brick_set_up() {
 
   _turtle_brick_remove "$environment/standins"
   _turtle_brick_remove "$environment/install"
+  _turtle_brick_remove "$environment/own"
   unset TURTLE_BRICK_ENVIRONMENT
   if [[ $kind == pypi ]]; then
     source "$environment/venv/local_setup.bash" || return 1
@@ -124,6 +125,9 @@ _turtle_brick_set_up() {
   local status=0 packages=''
   if [[ $1 == packages ]]; then
     IFS='' source "$environment/install/local_setup.bash" || return 1
+    if [[ -e $environment/own/local_setup.bash ]]; then
+      IFS='' source "$environment/own/local_setup.bash" || return 1
+    fi
     export TURTLE_BRICK_ENVIRONMENT=$environment
     packages=" and the packages in $environment"
     # Report errors in the parameter file before any node starts.

@@ -71,6 +71,8 @@ def test_cmake_files_are_adapted_to_this_machine(program):
         '/opt/python/cp310-cp310/lib/python3.10/site-packages/numpy/_core/include"\n'
         'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
         '  file(STRINGS "${idl_output}" idl_tuples)\n'
+        '    set(output_target "${output_target}-NOTFOUND")\n'
+        '  ament_execute_extensions("rosidl_generate_idl_interfaces")\n'
         '  add_custom_target(\n    ament_cmake_python_copy_${package_name}\n    COMMAND a "b"\n'
         '  add_custom_target(\n    ${target} ALL\n',
         '/usr/include/python3.x', '/home/me\\1/packages')
@@ -78,6 +80,11 @@ def test_cmake_files_are_adapted_to_this_machine(program):
         'INCLUDES "/usr/include/python3.x;/home/me\\1/packages/numpy/_core/include"\n'
         'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
         '  file(STRINGS "${idl_output}" idl_tuples ENCODING UTF-8)\n'
+        '    message(FATAL_ERROR "The PyPI environment generates interfaces for C and Python, but '
+        'this package requires ${typesupport_name}. Nodes in C++ require ROS 2 Jazzy.")\n'
+        '  ament_execute_extensions("rosidl_generate_idl_interfaces" EXCLUDE '
+        'rosidl_generator_cpp rosidl_typesupport_cpp rosidl_typesupport_fastrtps_cpp '
+        'rosidl_typesupport_introspection_cpp)\n'
         '  add_custom_target(\n    ament_cmake_python_copy_${package_name} VERBATIM\n'
         '    COMMAND a "b"\n'
         '  add_custom_target(\n    ${target} ALL\n')
@@ -98,10 +105,21 @@ all=$*
 selected=${all#*--packages-select }
 selected=${selected%% --build-base*}
 echo "$selected" >>built
-for name in $selected; do mkdir -p "${all##* }/$name"; done
-if [ -e broken ]; then echo 'error: it is broken'; exit 1; fi
+build=${all#*--build-base }
+build=${build%% --install-base*}
+status=0
+for name in $selected; do
+  mkdir -p "$build/$name" "${all##* }/$name"
+  if grep -qx "$name" broken 2>/dev/null; then
+    echo "error: $name is broken"
+    status=1
+  else
+    echo 0 >"$build/$name/colcon_build.rc"
+  fi
+done
+exit $status
 """
-"""Replacement for colcon that logs the selected packages and fails if the file `broken` exists."""
+"""Replacement for colcon that logs the selected packages and fails for those listed in `broken`."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_graph',
               'turtle_brick_interfaces', 'turtle_brick', 'turtle_brick_tools']
@@ -167,19 +185,61 @@ def test_the_standins_are_built_without_the_packages(top, built):
     assert built() == ['turtlesim', 'turtle_brick']
 
 
+def test_packages_that_only_other_workspaces_require_are_built_by_ros_bash(top, built):
+    (top / 'turtle_brick/standins/tf2_msgs').rename(
+        top / 'turtle_brick/standins/example_interfaces')
+    assert built() == EVERYTHING[1:]
+    assert built(content='ros') == ['example_interfaces']
+    assert built() == []
+    assert (top / '.ros/standins/example_interfaces').is_dir()
+
+
 def test_a_failed_build_is_reported_and_repeated(top, program, built, capsys):
     assert built() == EVERYTHING
     content = top / 'turtle_brick/content.txt'
     content.write_text('changed')
-    (top / 'broken').touch()
+    (top / 'broken').write_text('turtle_brick')
     with pytest.raises(program.SetupError, match='colcon could not build turtle_brick'):
         built()
-    assert 'error: it is broken' in capsys.readouterr().err
+    assert 'error: turtle_brick is broken' in capsys.readouterr().err
     (top / 'broken').unlink()
     content.write_text('one')
     assert built() == ['turtle_brick']
     (top / '.ros/made.json').write_text('{"tf2_ro')
     assert built() == EVERYTHING
+
+
+def test_packages_built_before_an_error_are_not_built_again(top, program, built):
+    (top / 'broken').write_text('tf2_ros')
+    with pytest.raises(program.SetupError, match='could not build tf2_ros.'):
+        built()
+    (top / 'broken').unlink()
+    assert built() == EVERYTHING[1:]
+
+
+def test_the_users_packages_are_built_after_those_of_the_project(top, built, capsys):
+    """A broken package is reported, but the others are ready."""
+    assert built() == EVERYTHING
+    manifest = '<package format="3"><name>{}</name></package>'
+    for path, name in (('mine', 'my_package'), ('src/second', 'second'),
+                       ('mine/inside', 'inside'), ('install/mine', 'my_package')):
+        executable(top / path / 'package.xml', manifest.format(name))
+    executable(top / 'install/COLCON_IGNORE')
+    executable(top / 'turtle_brick/standins/example_interfaces/package.xml',
+               manifest.format('example_interfaces'))
+    (top / 'broken').write_text('my_package')
+    assert built() == ['example_interfaces', 'my_package', 'second']
+    errors = capsys.readouterr().err
+    assert 'error: my_package is broken' in errors
+    assert errors.splitlines()[-1].startswith('turtle_brick: colcon could not build my_package.')
+    (top / 'broken').unlink()
+    assert built() == ['my_package']
+    for folder in ('scripts', 'test'):  # unlike in turtle_brick, these may be installed
+        executable(top / 'mine' / folder / 'program')
+        assert built() == ['my_package']
+    shutil.rmtree(top / 'mine')
+    assert built() == []
+    assert [path.name for path in (top / '.ros/own').iterdir()] == ['second']
 
 
 PYTHON = """#!/bin/sh

@@ -20,14 +20,16 @@ Each part belongs to one page of the lesson. The sketches (sketch-*.svg) were dr
 
 import argparse
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 import sys
 
 from turtle_brick.core.parameters import load, ParameterError
-from turtle_brick_tools.lesson import falling, frames, queueing, reach, rolling
+from turtle_brick_tools import install_matplotlib
 
-PARTS = {'frames': frames, 'rolling': rolling, 'falling': falling, 'queue': queueing,
-         'reach': reach}
+PARTS = {'frames': 'frames', 'rolling': 'rolling', 'falling': 'falling', 'queue': 'queueing',
+         'reach': 'reach'}
+"""Modules of the parts of the lesson. They import matplotlib."""
 
 
 def part(name: str) -> str:
@@ -49,13 +51,15 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument('--output', type=Path, default=Path('lesson'), metavar='DIR',
                         help='directory for the figures (default: lesson)')
     options = parser.parse_args(args)
+    install_matplotlib()
     try:
         parameters = load(options.params_file)
         options.output.mkdir(parents=True, exist_ok=True)
         for name in options.parts or PARTS:
-            print(f'{name}:', *PARTS[name].report(parameters), sep='\n', flush=True)
+            lesson = import_module(f'turtle_brick_tools.lesson.{PARTS[name]}')
+            print(f'{name}:', *lesson.report(parameters), sep='\n', flush=True)
             path = options.output / f'lesson-{name}.png'
-            PARTS[name].draw(parameters, path)
+            lesson.draw(parameters, path)
             print(f'  {path}', flush=True)
     except (OSError, ParameterError) as error:
         print(f'lesson: {error}', file=sys.stderr)
