@@ -200,7 +200,7 @@ MISTAKES = [
     ('launch:\n- group:\n  - log:\n      message: hi\n      if: false',
      "'if' of Entity 'log' expected to be of type '<class 'str'>', got '<class 'bool'>'"),
     ('launch:\n- log:\n    massage: hi', "Attribute 'message' of type '<class 'str'>' not found"),
-    (f"{NODE}    nam: n", "`node`: {'nam'}. Expected: args, cwd, emulate_tty, exec, exec_name, if"),
+    (f'{NODE}    nam: n', "`node`: {'nam'}. Expected: args, cwd, emulate_tty, exec, exec_name"),
     (f'{NODE}    param:\n      name: a\n      value: 1',
      "Attribute 'param' of Entity 'node' expected to be a list of dictionaries, got '{'name':"),
     (f'{NODE}    param:\n    - name: a\n      vaule: 1',

@@ -119,7 +119,7 @@ for name in $selected; do
 done
 exit $status
 """
-"""Replacement for colcon that logs the selected packages and fails for those listed in `broken`."""
+"""Replacement for colcon that logs the selected packages and fails for those in `broken`."""
 
 EVERYTHING = ['tf2_msgs', 'tf2_ros', 'turtle_graph',
               'turtle_brick_interfaces', 'turtle_brick', 'turtle_brick_tools']
@@ -186,8 +186,8 @@ def test_the_standins_are_built_without_the_packages(top, built):
 
 
 def test_packages_that_only_other_workspaces_require_are_built_by_ros_bash(top, built):
-    (top / 'turtle_brick/standins/tf2_msgs').rename(
-        top / 'turtle_brick/standins/example_interfaces')
+    standins = top / 'turtle_brick/extras/standins'
+    (standins / 'tf2_msgs').rename(standins / 'example_interfaces')
     assert built() == EVERYTHING[1:]
     assert built(content='ros') == ['example_interfaces']
     assert built() == []
@@ -214,7 +214,7 @@ def test_packages_built_before_an_error_are_not_built_again(top, program, built)
     with pytest.raises(program.SetupError, match='could not build tf2_ros.'):
         built()
     (top / 'broken').unlink()
-    assert built() == EVERYTHING[1:]
+    assert built() == ['tf2_ros', *EVERYTHING[3:]]
 
 
 def test_the_users_packages_are_built_after_those_of_the_project(top, built, capsys):
@@ -225,7 +225,7 @@ def test_the_users_packages_are_built_after_those_of_the_project(top, built, cap
                        ('mine/inside', 'inside'), ('install/mine', 'my_package')):
         executable(top / path / 'package.xml', manifest.format(name))
     executable(top / 'install/COLCON_IGNORE')
-    executable(top / 'turtle_brick/standins/example_interfaces/package.xml',
+    executable(top / 'turtle_brick/extras/standins/example_interfaces/package.xml',
                manifest.format('example_interfaces'))
     (top / 'broken').write_text('my_package')
     assert built() == ['example_interfaces', 'my_package', 'second']

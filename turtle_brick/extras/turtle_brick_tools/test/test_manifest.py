@@ -35,7 +35,7 @@ KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}
 NOT_IMPORTED = {'turtle_brick': {'launch_xml', 'ros2launch', 'xacro'}}
 """Packages that the launch files require, but that no module imports."""
 
-WITHOUT_KEY = {'viser', 'websockets'}
+WITHOUT_KEY = {'msgspec', 'viser', 'websockets'}
 """Modules without a usable rosdep key, installed as described in package.xml."""
 
 MAY_IMPORT = {

@@ -29,7 +29,7 @@ import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
 from turtle_graph.client.drops import DropWatch
-from turtle_graph.client.geometry import CENTER, pose, Pose, turn, UPRIGHT
+from turtle_graph.client.geometry import CENTER, Pose, pose, turn, UPRIGHT
 from turtle_graph.client.processes import explain_missing
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import (Drive, Frame, NS_PER_SECOND, Received, ReceivedMarker,

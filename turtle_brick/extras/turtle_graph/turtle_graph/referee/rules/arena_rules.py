@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy
 from turtle_graph.client.drops import DropWatch, STILL, UNREACHABLE
 from turtle_graph.client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
-                                          distance_to_rectangle, inclination, pose, Pose)
+                                          distance_to_rectangle, inclination, Pose, pose)
 from turtle_graph.client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
                                         SECONDS_PER_NS)
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, Kind,
