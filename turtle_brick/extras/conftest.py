@@ -20,9 +20,10 @@ import runpy
 from typing import Any
 
 from installed import is_standin
-from isolation import (domain_id, pytest_configure, pytest_keyboard_interrupt,  # noqa: F401
+from isolation import (pytest_configure, pytest_keyboard_interrupt,  # noqa: F401
                        pytest_unconfigure)
 import pytest
+from turtle_graph.client.domains import reserved_domain
 
 HERE = Path(__file__).parent
 
@@ -66,7 +67,15 @@ def pytest_report_header(config: pytest.Config) -> str:
 
 
 @pytest.fixture
-def live(domain_id: int) -> Iterator[Any]:  # noqa: F811
+def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """Reserve a ROS domain that no other node uses for a test and its child processes."""
+    with reserved_domain() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        yield domain
+
+
+@pytest.fixture
+def live(domain_id: int) -> Iterator[Any]:
     """Provide a LiveGraph in a ROS domain that only this test uses."""
     pytest.importorskip('psutil')
     from live_graph import graph

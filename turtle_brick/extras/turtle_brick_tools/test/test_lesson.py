@@ -43,10 +43,11 @@ def test_invalid_input_gives_one_sentence(lesson, tmp_path, capsys):
 @pytest.mark.parametrize(('braking_time', 'overshoots'), [(driving.BRAKING_TIME, True),
                                                           (0.2, False)])
 def test_a_controller_without_prediction_overshoots_with_a_high_gain(
-        lesson, monkeypatch, braking_time, overshoots):
+        monkeypatch, braking_time, overshoots):
     """Exercise 3 describes these overshoots."""
+    from turtle_brick_tools.lesson import queueing  # Importing matplotlib takes half a second.
     monkeypatch.setattr(driving, 'BRAKING_TIME', braking_time)
     driver = driving.Driver(load().max_velocity)
     driver.predict = lambda pose: pose[:2]
-    overshoot = max(beyond for _, beyond in lesson.queueing.approach(driver, load()))
+    overshoot = max(beyond for _, beyond in queueing.approach(driver, load()))
     assert overshoot > 0.05 if overshoots else overshoot < 5e-4
