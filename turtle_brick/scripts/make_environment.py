@@ -184,9 +184,9 @@ def folder_fingerprint(folder: Path) -> str:
     found: list[object] = []
     for pattern in SHARED_FILES.get(folder.name, ()):
         found += [path.read_bytes() for path in sorted((TOP / 'turtle_brick').glob(pattern))]
+    not_built = NOT_BUILT if folder in (TURTLE_GRAPH, *PACKAGES.values()) else ()
     for path in sorted(folder.rglob('*')):
         name = path.relative_to(folder)
-        not_built = NOT_BUILT if folder in (TURTLE_GRAPH, *PACKAGES.values()) else ()
         if path.is_file() and name.parts[0] not in not_built and not IGNORED.search(f'/{name}'):
             found += [name, os.access(path, os.X_OK), path.read_bytes()]
     return fingerprint(*found)

@@ -19,19 +19,22 @@ from typing import NamedTuple
 import numpy
 
 
+def cross_matrix(vector):
+    """Return the matrix whose product with another vector is the cross product."""
+    x, y, z = vector
+    return numpy.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+
+
 def turn(axis, angle):
     """Return the matrix of a rotation by an angle (rad) about a unit vector (Rodrigues)."""
-    x, y, z = axis
-    cross = numpy.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+    cross = cross_matrix(axis)
     return numpy.eye(3) + sin(angle) * cross + (1.0 - cos(angle)) * cross @ cross
 
 
 def matrix_of(quaternion):
     """Return the rotation matrix of a unit quaternion (x, y, z, w)."""
-    vector, w = numpy.array(quaternion[:3]), quaternion[3]
-    x, y, z = vector
-    cross = numpy.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
-    return numpy.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
+    cross = cross_matrix(quaternion[:3])
+    return numpy.eye(3) + 2.0 * quaternion[3] * cross + 2.0 * cross @ cross
 
 
 class Frame(NamedTuple):

@@ -17,6 +17,7 @@
 import sys
 
 from live_graph import graph, process, TIMEOUT
+from live_nodes import Recording
 import pytest
 from turtle_graph.client.record import message_rate
 
@@ -45,10 +46,17 @@ def test_process_must_end_with_status_0(domain_id):
             running.wait_for_output('ready', TIMEOUT)
 
 
-def test_rate_ignores_late_messages_but_not_missing_ones():
+def rate_of_recording(times):
+    recording = Recording()
+    recording.times = times
+    return recording.rate()
+
+
+@pytest.mark.parametrize('rate', [message_rate, rate_of_recording])
+def test_rate_ignores_late_messages_but_not_missing_ones(rate):
     times = [number * 0.01 for number in range(300)]
     for begin in (0.0, 0.4, 1.5, 2.8):
         late = [max(time, begin + 0.2) if time >= begin else time for time in times]
-        assert message_rate(late) == pytest.approx(100.0, rel=0.001)
+        assert rate(late) == pytest.approx(100.0, rel=0.001)
     kept = [time for number, time in enumerate(times) if number % 50]
-    assert message_rate(kept) == pytest.approx(98.0, rel=0.002)
+    assert rate(kept) == pytest.approx(98.0, rel=0.002)
