@@ -444,7 +444,7 @@ def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list
         check_programs(*COMPILERS)
         check_python()
         report('turtle_brick: ROS 2 Jazzy is not installed. Installing it once from Python wheels '
-               'into .ros, which takes two to four minutes and 650 MB ...')
+               'into .ros, which takes two to four minutes and 450 MB ...')
         try:
             remove_environment()
             ENVIRONMENT.mkdir(exist_ok=True)
