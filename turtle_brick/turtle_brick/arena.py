@@ -58,11 +58,9 @@ from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE, within_arena
 from turtle_brick.physics import Phase, STEP_NS, World
-from turtle_brick.ros.node_main import run_node
-from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, PLATFORM, recent_pose,
-                                 transform_message, WORLD)
-from turtle_brick.ros.times import due_time
+from turtle_brick.ros.node_main import declare_parameters, run_node
+from turtle_brick.ros.tf import (BRICK, due_time, GuardedListener, LATCHED, PLATFORM, pose_of,
+                                 recent_transform, transform_message, WORLD)
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -174,8 +172,8 @@ class Arena(Node):
         ahead = LOOKAHEAD_NS if self.world.phase is Phase.RIDING else 0
         transforms = []
         for time in self.step_clock.due(now + ahead, start):
-            pose = recent_pose(self.tf_buffer, PLATFORM, time)
-            self.world.platform = Platform(pose) if pose else None
+            found = recent_transform(self.tf_buffer, PLATFORM, time)
+            self.world.platform = Platform(pose_of(found.transform)) if found else None
             if not self.holds_released_brick:
                 self.world.step()
             transforms.append(self.brick_transform(time))

@@ -53,11 +53,9 @@ from turtle_brick.core.catch_logic import Catcher, UPDATE_PERIOD
 from turtle_brick.core.geometry import Color
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.ros.node_main import run_node
-from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest_transform, PLATFORM,
-                                 pose_of, recent_transform, WORLD)
-from turtle_brick.ros.times import nanoseconds_of
+from turtle_brick.ros.node_main import declare_parameters, run_node
+from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest_transform,
+                                 nanoseconds_of, PLATFORM, pose_of, recent_transform, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 

@@ -58,11 +58,9 @@ from turtle_brick.core.geometry import from_yaw, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.time_steps import NS_PER_SECOND, StepClock
 from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
-from turtle_brick.ros.node_main import run_node
-from turtle_brick.ros.node_parameters import declare_parameters
-from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, ODOM, set_transform, transform_message,
-                                 WARNING_PERIOD, WORLD)
-from turtle_brick.ros.times import due_time
+from turtle_brick.ros.node_main import declare_parameters, run_node
+from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, due_time, ODOM, set_transform,
+                                 transform_message, WARNING_PERIOD, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 

@@ -26,8 +26,7 @@ from turtle_brick.core.geometry import from_pitch, from_yaw, multiply
 from turtle_brick.core.time_steps import NS_PER_SECOND, SECONDS_PER_NS
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick.physics import Phase, STEP_NS
-from turtle_brick.ros.tf import MAX_AGE_NS
-from turtle_brick.ros.times import nanoseconds_of
+from turtle_brick.ros.tf import MAX_AGE_NS, nanoseconds_of
 from visualization_msgs.msg import Marker, MarkerArray
 
 HALF_HEIGHT = PARAMETERS.brick_size[2] / 2.0

@@ -27,7 +27,7 @@ from std_msgs.msg import String
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.physics import Phase, STEP_NS
-from turtle_brick.ros.times import nanoseconds_of
+from turtle_brick.ros.tf import nanoseconds_of
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 

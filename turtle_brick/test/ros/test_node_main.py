@@ -27,8 +27,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from turtle_brick.core.parameters import (default_path, load, MissingParameterError,
                                           PARAMETER_RULES)
-from turtle_brick.ros.node_main import make_executor, run_node
-from turtle_brick.ros.node_parameters import declare_parameters
+from turtle_brick.ros.node_main import declare_parameters, make_executor, run_node
 
 PROGRAM = """
 import os, signal, threading

@@ -15,7 +15,7 @@
 """
 Parameters in config/turtle.yaml with their valid ranges.
 
-`load` reads the file without ROS, and `turtle_brick.ros.node_parameters.declare_parameters`
+`load` reads the file without ROS, and `turtle_brick.ros.node_main.declare_parameters`
 declares the parameters of a node. Both functions check every value against PARAMETER_RULES, and
 return `Parameters` or raise ParameterError. The robot description, urdf/turtle.urdf.xacro, rejects
 combinations of individually valid dimensions that no robot can have.

@@ -17,10 +17,9 @@ Kinematics of turtlesim 1.8 without ROS. The results are bitwise identical to th
 Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
 1. Take one velocity command from a queue of up to seven commands.
-2. Execute all requested teleports.
-3. Stop if the last command is more than one second old.
-4. Turn, move along the new heading, and stay inside the arena.
-5. Publish the pose.
+2. Stop if the last command is more than one second old.
+3. Turn, move along the new heading, and stay inside the arena.
+4. Publish the pose.
 
 The time step is always 0.016 s, even if a tick is late.
 
@@ -68,7 +67,6 @@ class Turtle:
         self._angular = 0.0
         self._commanded_at = now
         self._queue: deque[tuple[float, float, float]] = deque(maxlen=QUEUE_DEPTH)
-        self._teleports: list[tuple[bool, float, float, float]] = []
         self.holonomic = holonomic
         """Whether the turtle executes the sideways component of velocity commands."""
         self.pose = self._rounded_pose()
@@ -77,14 +75,6 @@ class Turtle:
     def command(self, linear_x: float, linear_y: float, angular_z: float) -> None:
         """Queue velocities (m/s, rad/s) as one command. A full queue discards its oldest entry."""
         self._queue.append((linear_x, linear_y, angular_z))
-
-    def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """Request a teleport to a pose (m, rad) at the next tick. The velocity does not change."""
-        self._teleports.append((False, float32(x), float32(y), float32(theta)))
-
-    def teleport_relative(self, linear: float, angular: float) -> None:
-        """Request a turn (rad) and then a jump (m) along the new heading at the next tick."""
-        self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
     def take_command(self, now: float) -> None:
         """Execute the first half of a tick, which takes the oldest command from the queue."""
@@ -96,7 +86,6 @@ class Turtle:
 
     def update(self, now: float) -> TurtlePose:
         """Execute the second half of a tick, which moves the turtle, and return the new pose."""
-        self._teleport()
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
         linear_x, linear_y = self._linear_x, self._linear_y
@@ -119,81 +108,7 @@ class Turtle:
         self.take_command(now)
         return self.update(now)
 
-    def _teleport(self) -> None:
-        for relative, x_or_linear, y, theta in self._teleports:
-            if relative:
-                self._theta += theta
-                # For the cosine of infinity, Python raises an exception, but C++ returns NaN.
-                heading = self._theta if math.isfinite(self._theta) else math.nan
-                self._x += math.cos(heading) * x_or_linear
-                self._y_down += -math.sin(heading) * x_or_linear
-            else:
-                self._x = x_or_linear
-                self._y_down = max(0.0, ARENA_SIZE - y)
-                self._theta = theta
-        self._teleports.clear()
-
     def _rounded_pose(self) -> TurtlePose:
         speed = math.sqrt(self._linear_x * self._linear_x + self._linear_y * self._linear_y)
         numbers = (self._x, ARENA_SIZE - self._y_down, self._theta, speed, self._angular)
         return TurtlePose(*map(float32, numbers))
-
-
-class TurtleSim:
-    """Simulate turtles in an arena that initially contains only turtle1, at the center."""
-
-    def __init__(self, holonomic: bool = False, now: float = 0.0,
-                 turtle_type: type[Turtle] = Turtle) -> None:
-        """Create a simulator that starts at time `now` (s)."""
-        self._turtle_type = turtle_type
-        self.turtles: dict[str, Turtle] = {}
-        """Turtles in their update order, keyed by name."""
-        self._holonomic = holonomic
-        self._names = 0
-        self._started = False
-        self.reset(now)
-
-    def set_holonomic(self, holonomic: bool) -> None:
-        """Set whether all turtles can move sideways."""
-        self._holonomic = holonomic
-        for turtle in self.turtles.values():
-            turtle.holonomic = holonomic
-
-    def spawn(self, x: float, y: float, theta: float, name: str = '', now: float = 0.0) -> str:
-        """
-        Add a turtle and return its name, or an empty string if the name is in use.
-
-        An empty name is replaced with the next unused name, such as turtle2.
-        """
-        if name in self.turtles:
-            return ''
-        while not name:
-            self._names += 1
-            candidate = f'turtle{self._names}'
-            name = '' if candidate in self.turtles else candidate
-        self.turtles[name] = self._turtle_type(x, y, theta, self._holonomic, now)
-        self.turtles = dict(sorted(self.turtles.items()))
-        return name
-
-    def kill(self, name: str) -> bool:
-        """Remove a turtle and return whether it existed."""
-        return self.turtles.pop(name, None) is not None
-
-    def reset(self, now: float = 0.0) -> None:
-        """Remove all turtles and add turtle1 at rest at the center of the arena."""
-        self.turtles = {}
-        self._names = 0
-        self.spawn(ARENA_CENTER, ARENA_CENTER, 0.0, now=now)
-
-    def tick(self, now: float) -> dict[str, TurtlePose]:
-        """
-        Execute one 16 ms tick and return the turtles' poses, keyed by name.
-
-        The first call takes one command from each turtle's queue, but does not return any poses.
-        """
-        if not self._started:
-            self._started = True
-            for turtle in self.turtles.values():
-                turtle.take_command(now)
-            return {}
-        return {name: turtle.tick(now) for name, turtle in self.turtles.items()}

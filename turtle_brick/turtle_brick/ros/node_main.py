@@ -13,7 +13,7 @@
 # limitations under the License.
 
 """
-Run a node as a program.
+Run a node as a program, and declare its parameters.
 
     def main(args=None):
         run_node(Arena, args)
@@ -21,19 +21,22 @@ Run a node as a program.
 The signal handlers of rclpy are not used because they can shut down the context during a callback.
 """
 
+from array import array
 from collections.abc import Callable
 from pathlib import Path
 import signal
 import sys
 from threading import Event
 
+from rcl_interfaces.msg import ParameterDescriptor
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from turtle_brick.core.parameters import ParameterError
+from turtle_brick.core.parameters import (default_path, MissingParameterError, PARAMETER_RULES,
+                                          ParameterError, Parameters)
 
 SPIN_TIMEOUT = 0.1
 """Timeout (s) for each wait in the executor. This timeout limits the shutdown delay. Without a
@@ -95,3 +98,29 @@ def _request_shutdown(number: int, _: object) -> None:
         # In tests, 1 in 700 shutdowns hung in Fast DDS. SIGTERM terminates a hung node.
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shutdown_requested.set()
+
+
+def declare_parameters(node: Node) -> Parameters:
+    """
+    Declare all parameters in PARAMETER_RULES as read-only, and return their values.
+
+    There are no defaults. The values come from a parameter file or from `-p name:=value`.
+
+    :raises ParameterError: if a value is missing or invalid
+    """
+    values = {}
+    for name, rule in PARAMETER_RULES.items():
+        # Dynamic typing allows users to write 3 for 3.0. PARAMETER_RULES rejects all other types.
+        value = node.declare_parameter(name, None, ParameterDescriptor(
+            description=rule.description,
+            additional_constraints=f'{name} must be {rule.allowed_values()}',
+            dynamic_typing=True, read_only=True)).value
+        if value is not None:
+            values[name] = value.tolist() if isinstance(value, array) else value
+    try:
+        return Parameters.from_mapping(values)
+    except MissingParameterError as error:
+        raise MissingParameterError(
+            f'{error}. Add --ros-args --params-file {default_path()}, or if a parameter file was '
+            'given, check the spelling of the names in that file, and check that it contains a '
+            f'section for the node {node.get_fully_qualified_name()} or for /**.') from None

@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Frame names, QoS profiles, transform messages, lookups and a TF listener for the nodes."""
+"""Frame names, QoS profiles, times, transform messages, lookups and a TF listener."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,11 +22,11 @@ from geometry_msgs.msg import Transform, TransformStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.time import Time
+from rclpy.timer import Timer
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException, TransformListener
 from turtle_brick.core.geometry import IDENTITY, MAX_COORDINATE, Pose
 from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.ros.times import nanoseconds_of
 
 WORLD = 'world'
 ODOM = 'odom'
@@ -59,6 +59,16 @@ LATEST_TIME = Time()
 
 WARNING_PERIOD = 10.0
 """Minimum time (s) between two warnings of the same kind."""
+
+
+def due_time(timer: Timer, now: int) -> int:
+    """Return the time (ns) at which the current callback of a timer was due."""
+    return now - max(timer.timer_period_ns - timer.time_until_next_call(), 0)
+
+
+def nanoseconds_of(stamp: TimeMessage) -> int:
+    """Convert a timestamp to nanoseconds."""
+    return stamp.sec * NS_PER_SECOND + stamp.nanosec
 
 
 def transform_message(parent: str, child: str, pose: Pose = Pose((0.0, 0.0, 0.0), IDENTITY),
@@ -106,12 +116,6 @@ def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped |
         return None
     age = now - nanoseconds_of(transform.header.stamp)
     return transform if -MAX_AHEAD_NS <= age <= MAX_AGE_NS else None
-
-
-def recent_pose(buffer: Buffer, frame: str, now: int) -> Pose | None:
-    """Return the pose of a frame in the world frame, or None if the pose is unknown or too old."""
-    transform = recent_transform(buffer, frame, now)
-    return pose_of(transform.transform) if transform else None
 
 
 def rejection_reason(transform: TransformStamped, static: bool, now: int) -> str:

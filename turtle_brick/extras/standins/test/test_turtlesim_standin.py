@@ -11,15 +11,21 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Test the ROS interface of the stand-in for turtlesim."""
+"""Test the stand-in for turtlesim through its ROS interface and against recordings."""
 
-from itertools import pairwise
-from math import pi
+from bisect import bisect_left, bisect_right
+from itertools import pairwise, product
+import json
+from math import inf, nan, pi
 import os
+from pathlib import Path
+import pickle
 import signal
 from statistics import median
+from struct import pack
 import subprocess
 import termios
+from typing import NamedTuple
 
 from geometry_msgs.msg import Twist, Vector3
 from live_graph import graph, process, TIMEOUT
@@ -34,6 +40,13 @@ from turtle_graph.client.domains import reserved_domain
 from turtle_graph.client.record import message_rate
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
+from turtlesim_standin.simulator import TurtleSim
+
+RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
+assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
+
+ARRIVAL_JITTER = 0.004
+"""Maximum delay (s) between a tick of turtlesim and the recorded arrival of the resulting pose."""
 
 COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
@@ -185,3 +198,94 @@ def test_invalid_parameter_ends_node_with_one_line(domain_id):
         assert running.wait(TIMEOUT) == 1
         assert "'holonomic' to 'abc'" in running.output
         assert len(running.output.splitlines()) == 1
+
+
+@pytest.mark.parametrize('value', (nan, inf, -inf, 1e300))
+def test_teleports_end_inside_the_arena_or_with_invalid_numbers(value):
+    sim = TurtleSim()
+    sim.tick(0.0)
+    turtle = sim.turtles['turtle1']
+    for x, y in ((0.0, 0.0), (ARENA_SIZE, ARENA_SIZE), (5.0, 20.0), (5.0, -2.0)):
+        turtle.teleport_absolute(x, y, 0.0)
+        assert turtle.tick(TICK)[:2] == (x, min(max(y, 0.0), ARENA_SIZE))
+        assert turtle.clamped == (None if y >= 0.0 else (5.0, ARENA_SIZE + 2.0))
+    for act in (turtle.teleport_absolute, turtle.teleport_relative):
+        act(*[value] * (3 if act == turtle.teleport_absolute else 2))
+        assert len(sim.tick(2 * TICK)['turtle1']) == 5
+    sim.reset()
+    assert sim.tick(3 * TICK)['turtle1'][:2] == (ARENA_CENTER, ARENA_CENTER)
+
+
+class Call(NamedTuple):
+    """A recorded service call, or the recorded poses of two turtles at a given time (s)."""
+
+    begin: float
+    end: float
+    service: str
+    request: dict
+    reply: dict
+
+
+def calls_of(events: list[list]) -> list[Call]:
+    calls = []
+    for index, (begin, kind, name, content) in enumerate(events):
+        if kind == 'call':
+            end = next(row[0] for row in events[index:] if row[1] == 'done')
+            replies = [row[3] for row in events[index + 1:index + 3] if row[1] == 'reply']
+            calls.append(Call(begin, end, name.split('/')[-1], content, *replies or [{}]))
+        elif kind == 'poses':
+            calls.append(Call(begin, begin, 'poses', {}, {'poses': content['rows']}))
+    return calls
+
+
+def perform(call: Call, sim: TurtleSim, now: float) -> bool:
+    """Repeat a recorded call, and return whether the result is the same."""
+    if call.service == 'poses':
+        poses = {sim.turtles[name].pose[:3] for name in ('far', 'turtle2')}
+        return poses == {tuple(row) for row in call.reply['poses']}
+    if call.service == 'spawn':
+        return sim.spawn(**call.request, now=now) == call.reply['name']
+    if call.service == 'kill':
+        assert sim.kill(**call.request) == (call.request['name'] != 'nosuch')
+    elif call.service == 'reset':
+        sim.reset(now)
+    else:
+        getattr(sim.turtles['turtle1'], call.service)(**call.request)
+    return True
+
+
+@pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
+def test_every_recorded_tick_is_reproduced(path: Path) -> None:
+    """
+    Each recorded pose is reproduced exactly.
+
+    A recording contains every published pose and the publication time of each command. The arrival
+    times of the commands are known only to within a few milliseconds. The test therefore tries
+    every possible order of commands, calls and ticks. One order must reproduce all poses.
+    """
+    recording = json.loads(path.read_text())
+    commands = recording['commands']['rows']
+    published = [command[0] for command in commands]
+    calls = calls_of(recording['events'])
+    begins, ends = [call.begin for call in calls], [call.end for call in calls]
+    sim = TurtleSim(recording['holonomic'])
+    assert sim.tick(0.0) == {}
+    # A state contains the numbers of received commands and executed calls, and a simulator.
+    states = {(0, 0, pickle.dumps(sim))}
+    for number, (time, *recorded) in enumerate(recording['pose']):
+        following = set()
+        for old_taken, old_served, pickled in states:
+            first_served = max(bisect_left(ends, time - ARRIVAL_JITTER), old_served)
+            first_taken = max(bisect_right(published, time - ARRIVAL_JITTER), old_taken)
+            last_taken = max(bisect_right(published, time), old_taken)
+            for served, taken in product(range(first_served, bisect_left(begins, time) + 1),
+                                         range(first_taken, last_taken + 1)):
+                sim = pickle.loads(pickled)
+                if all(perform(call, sim, time) for call in calls[old_served:served]):
+                    for command in commands[old_taken:taken]:
+                        sim.turtles['turtle1'].command(*command[1:])
+                    if pack('5f', *sim.tick(time)['turtle1']) == pack('5f', *recorded):
+                        following.add((taken, served, pickle.dumps(sim)))
+        states = following
+        assert states, f'tick {number} at {time:.3f} s: no order of arrivals gives {recorded}'
+    assert {state[:2] for state in states} == {(len(commands), len(calls))}

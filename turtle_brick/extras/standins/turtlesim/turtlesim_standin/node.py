@@ -53,8 +53,9 @@ from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
-from turtlesim_standin.turtlesim_kinematics import (
-    QUEUE_DEPTH, TICK, Turtle, TurtlePose, TurtleSim)
+from turtlesim_standin.simulator import TurtleSim
+from turtlesim_standin.turtlesim_arena import TICK, TurtlePose
+from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH, Turtle
 
 
 def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
@@ -64,19 +65,6 @@ def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], An
         return response
 
     return callback
-
-
-class RecordingTurtle(Turtle):
-    """A turtle that records whether it hit a wall."""
-
-    clamped: tuple[float, float] | None = None
-    """Unclamped position (m, y down) if the turtle hit a wall in the last tick, else None."""
-
-    def clamp(self, x: float, y_down: float) -> tuple[float, float]:
-        """Stop the turtle at a wall and record the unclamped position."""
-        clamped = super().clamp(x, y_down)
-        self.clamped = None if clamped == (x, y_down) else (x, y_down)
-        return clamped
 
 
 class TurtleTopics:
@@ -124,8 +112,7 @@ class TurtleSimNode(Node):
         for letter, color, value in (('r', 'Red', 69), ('g', 'Green', 86), ('b', 'Blue', 255)):
             self.declare_parameter(f'background_{letter}', value, ParameterDescriptor(
                 description=f'{color} channel of the background color', integer_range=[channel]))
-        self._sim = TurtleSim(
-            self.get_parameter('holonomic').value, self._now(), RecordingTurtle)
+        self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())
         self.add_post_set_parameters_callback(
             lambda _: self._sim.set_holonomic(self.get_parameter('holonomic').value))
         self._topics: dict[str, TurtleTopics] = {}

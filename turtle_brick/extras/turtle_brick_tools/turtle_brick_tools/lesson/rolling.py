@@ -50,7 +50,7 @@ def roll(parameters: Parameters) -> list[RollSample]:
     for tick in range(1, round(4.5 / TICK)):
         now = tick * TICK
         if rolls[-1].time < TELEPORT <= now:
-            turtle.teleport_absolute(ARENA_SIZE - speed, ARENA_CENTER, 0.0)
+            turtle = Turtle(ARENA_SIZE - speed, ARENA_CENTER, holonomic=True, now=now)
         drives = now <= 1.0 or 2.5 < now <= 4.0
         turtle.command(speed if drives else 0.0, 0.0, 0.0)
         last, pose = pose, turtle.tick(now)
