@@ -131,7 +131,7 @@ _turtle_brick_set_up() {
     export TURTLE_BRICK_ENVIRONMENT=$environment
     packages=" and the packages in $environment"
     # Report errors in the parameter file before any node starts.
-    { python3 -m turtle_brick.core.parameters "${scripts%/*}/config/turtle.yaml" &&
+    { python3 -m turtle_brick_tools.check_parameters "${scripts%/*}/config/turtle.yaml" &&
       xacro "${scripts%/*}/urdf/turtle.urdf.xacro" >/dev/null; } </dev/null || status=1
   fi
 

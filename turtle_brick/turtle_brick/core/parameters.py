@@ -19,19 +19,15 @@ Parameters in config/turtle.yaml with their valid ranges.
 declares the parameters of a node. Both functions check every value against PARAMETER_RULES, and
 return `Parameters` or raise ParameterError. The robot description, urdf/turtle.urdf.xacro, rejects
 combinations of individually valid dimensions that no robot can have.
-
-To add a parameter, add it to config/turtle.yaml, to Parameters and to PARAMETER_RULES.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
-from math import isfinite
 from pathlib import Path
-import sys
 from typing import Any, NamedTuple
 
-Triple = tuple[float, float, float]
+from turtle_brick.core.geometry import Vector
 
 
 class ParameterError(ValueError):
@@ -54,8 +50,8 @@ class Parameters:
     command_latency: float
     tilt_angle: float
     gravity_accel: float
-    brick_size: Triple
-    brick_start: Triple
+    brick_size: Vector
+    brick_start: Vector
     wall_height: float
 
     @classmethod
@@ -111,14 +107,10 @@ class ParameterRule(NamedTuple):
         numbers = [value] if self.length == 1 else value
         # NaN fails this range check because every comparison with NaN is false.
         if (not isinstance(numbers, (list, tuple)) or len(numbers) != self.length
-                or not all(_is_number(number) and self.lower <= number <= self.upper
+                or not all(type(number) in (int, float) and self.lower <= number <= self.upper
                            for number in numbers)):
             raise ParameterError(f'{name} is {value!r:.80}, but must be {self.allowed_values()}')
         return float(value) if self.length == 1 else tuple(map(float, value))
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 PARAMETER_RULES = {
@@ -157,50 +149,25 @@ def load(path: str | Path | None = None) -> Parameters:
 
     :raises ParameterError: if the file is unreadable or invalid (the message names the file)
     """
-    import yaml  # The web page runs without PyYAML.
     path = default_path() if path is None else path
     try:
-        section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except OSError as error:
-        raise ParameterError(f'{path}: {error.strerror}') from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = str(error).replace('in "<unicode string>", ', 'in ')
-        raise ParameterError(f'{path}: invalid YAML: {reason}') from error
-    for key in ('/**', 'ros__parameters'):
-        section = section.get(key) if isinstance(section, dict) else None
-    if not isinstance(section, dict):
-        raise ParameterError(f"{path}: there are no parameters under '/**: ros__parameters:'")
-    try:
-        for name, value in section.items():
-            _check_notation(name, value)
-        return Parameters.from_mapping(section)
+        return Parameters.from_mapping(read_values(path))
     except ParameterError as error:
         raise type(error)(f'{path}: {error}') from None
 
 
-def _check_notation(name: str, value: Any) -> None:
-    if isinstance(value, str):
-        try:
-            number = float(value)
-        except ValueError:
-            return
-        if isfinite(number):
-            raise ParameterError(
-                f'{name} is {value}, which YAML reads as text. Write {number!r} without quotes.')
-    if isinstance(value, list) and all(map(_is_number, value)) and len(set(map(type, value))) > 1:
-        raise ParameterError(f'{name} is {value!s:.80}, but ROS does not allow lists that mix '
-                             'integers and floats. Write all numbers with a decimal point.')
-
-
-def main() -> int:
-    """Check a parameter file, by default config/turtle.yaml, and return the exit status."""
+def read_values(path: str | Path) -> dict[Any, Any]:
+    """Read the unchecked values in a parameter file, or raise ParameterError."""
+    import yaml  # The web page runs without PyYAML.
     try:
-        load(*sys.argv[1:2])
-    except ParameterError as error:
-        print(f'turtle_brick: {error}', file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())
+        section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except OSError as error:
+        raise ParameterError(error.strerror) from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = str(error).replace('in "<unicode string>", ', 'in ')
+        raise ParameterError(f'invalid YAML: {reason}') from error
+    for key in ('/**', 'ros__parameters'):
+        section = section.get(key) if isinstance(section, dict) else None
+    if not isinstance(section, dict):
+        raise ParameterError("there are no parameters under '/**: ros__parameters:'")
+    return section

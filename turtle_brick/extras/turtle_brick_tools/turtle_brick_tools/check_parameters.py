@@ -1,0 +1,63 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""
+Check a parameter file, by default config/turtle.yaml, before any node reads it.
+
+    python3 -m turtle_brick_tools.check_parameters [FILE]
+
+In addition to the ranges of all parameters, this program checks the notation of numbers, which
+rclpy and PyYAML do not read alike.
+"""
+
+from math import isfinite
+from pathlib import Path
+import sys
+from typing import Any
+
+from turtle_brick.core.parameters import (default_path, ParameterError, Parameters,
+                                          read_values)
+
+
+def check_notation(name: str, value: Any) -> None:
+    """Raise ParameterError if a value is a number in quotes or a list of mixed types."""
+    if isinstance(value, str):
+        try:
+            number = float(value)
+        except ValueError:
+            return
+        if isfinite(number):
+            raise ParameterError(
+                f'{name} is {value}, which YAML reads as text. Write {number!r} without quotes.')
+    if isinstance(value, list) and set(map(type, value)) == {int, float}:
+        raise ParameterError(f'{name} is {value!s:.80}, but ROS does not allow lists that mix '
+                             'integers and floats. Write all numbers with a decimal point.')
+
+
+def main() -> int:
+    """Check the parameter file named on the command line, and return the exit status."""
+    path = Path(sys.argv[1]) if sys.argv[1:] else default_path()
+    try:
+        values = read_values(path)
+        for name, value in values.items():
+            check_notation(name, value)
+        Parameters.from_mapping(values)
+    except ParameterError as error:
+        print(f'turtle_brick: {path}: {error}', file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
