@@ -42,8 +42,8 @@ from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 from turtlesim_standin.simulator import TurtleSim
 
-RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
-assert len(RECORDINGS) == 38, '19 scenarios, each with the turtle holonomic and not'
+RECORDINGS = sorted((Path(__file__).parent / 'data' / 'turtlesim').glob('*.json'))
+assert len(RECORDINGS) == 14, '7 scenarios with services, each with the turtle holonomic and not'
 
 ARRIVAL_JITTER = 0.004
 """Maximum delay (s) between a tick of turtlesim and the recorded arrival of the resulting pose."""
