@@ -120,8 +120,12 @@ class Arena(Node):
 
         place = self.create_service(Place, 'place', self.on_place)
         drop = self.create_service(Trigger, 'drop', self.on_drop)
-        commands = shell_commands(place.service_name, drop.service_name, parameters.brick_start)
-        self.get_logger().info('\n  '.join(('To place and drop the brick:', *commands)))
+        x, y, z = parameters.brick_start
+        self.get_logger().info(
+            'To place and drop the brick:\n'
+            f'  ros2 service call {place.service_name} turtle_brick_interfaces/srv/Place '
+            f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"\n'
+            f'  ros2 service call {drop.service_name} std_srvs/srv/Trigger')
 
         self.create_timer(MARKER_PERIOD, self.publish_marker)
         self.timer = self.create_timer(STEP_NS * SECONDS_PER_NS, self.on_timer)
@@ -230,14 +234,6 @@ def brick_marker(phase: Phase, size: Vector) -> Marker:
     marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
     marker.frame_locked = True
     return marker
-
-
-def shell_commands(place: str, drop: str, location: Vector) -> tuple[str, str]:
-    """Return shell commands that place the brick at a location (m, world frame) and drop it."""
-    x, y, z = location
-    return (f'ros2 service call {place} turtle_brick_interfaces/srv/Place '
-            f'"{{location: {{x: {x:g}, y: {y:g}, z: {z:g}}}}}"',
-            f'ros2 service call {drop} std_srvs/srv/Trigger')
 
 
 def box_marker(frame: str, namespace: str, number: int, center: Vector, size: Vector,

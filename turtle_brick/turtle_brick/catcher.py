@@ -170,8 +170,8 @@ class CatcherNode(Node):
         self.decision_publisher.publish(String(data=decision.summary))
         if not decision.reachable:
             self.publish_marker(decision, now)
-        self.get_logger().info(f'The brick at ({decision.fall.x:.4g}, {decision.fall.y:.4g}) is '
-                               f'{decision.summary}')
+        x, y, _ = decision.fall.position
+        self.get_logger().info(f'The brick at ({x:.4g}, {y:.4g}) is {decision.summary}')
 
     def publish_marker(self, decision: Decision, now: int) -> None:
         """Show the text "Unreachable" above the brick."""

@@ -96,6 +96,8 @@ class World:
         self._last_platform: Platform | None = None
         """Platform at its last known pose, which determines the inclination of the brick."""
 
+        self.phase = Phase.HOVERING
+        """Phase of the brick's motion. Only this class changes it."""
         self._yaw = 0.0
         """Heading (rad) of the brick in the world frame."""
         self._release_height = 0.0
@@ -145,20 +147,15 @@ class World:
             raise ValueError(f'z is {z:g} m, but must be at least {self._half_height:g} m so that '
                              'the bottom of the brick is not below the ground')
         self._brick: Vector = (x, y, z)
-        self._phase = Phase.HOVERING
+        self.phase = Phase.HOVERING
         self._yaw = 0.0
 
     def drop(self):
         """Update the brick's location by having it fall in gravity for one timestep."""
-        if self._phase in (Phase.HOVERING, Phase.FLOATING):
+        if self.phase in (Phase.HOVERING, Phase.FLOATING):
             self.release()
-        if self._phase is Phase.FALLING:
+        if self.phase is Phase.FALLING:
             self._fall()
-
-    @property
-    def phase(self) -> Phase:
-        """Get the phase of the brick's motion."""
-        return self._phase
 
     @property
     def platform(self) -> Platform | None:
@@ -182,7 +179,7 @@ class World:
     @property
     def pose_on_platform(self) -> Pose | None:
         """Get the brick's pose in the platform frame, or None if the brick is not riding."""
-        if self._phase is not Phase.RIDING or self._platform is None:
+        if self.phase is not Phase.RIDING or self._platform is None:
             return None
         x, y, yaw = self._place
         return Pose((x, y, self.thickness + self._half_height), from_yaw(yaw))
@@ -193,22 +190,22 @@ class World:
 
         :raises ValueError: if the phase is neither HOVERING nor FLOATING
         """
-        if self._phase is Phase.FALLING:
+        if self.phase is Phase.FALLING:
             raise ValueError('the brick is already falling')
-        if self._phase is Phase.RIDING:
+        if self.phase is Phase.RIDING:
             raise ValueError('the brick is on the platform, so tilt the platform or place the '
                              'brick elsewhere')
-        if self._phase is Phase.GROUNDED:
+        if self.phase is Phase.GROUNDED:
             raise ValueError('the brick is on the ground, so place it first')
-        self._phase = Phase.FALLING
+        self.phase = Phase.FALLING
         self._release_height = self._brick[2]
         self._steps_fallen = 0
 
     def step(self) -> None:
         """Advance the simulation by one timestep."""
-        if self._phase is Phase.FALLING:
+        if self.phase is Phase.FALLING:
             self.drop()
-        elif self._phase is Phase.RIDING and self._platform is not None:
+        elif self.phase is Phase.RIDING and self._platform is not None:
             self._slide(self._platform)
 
     @property
@@ -224,7 +221,7 @@ class World:
             return
         if z <= self._half_height:
             z = self._half_height
-            self._phase = Phase.GROUNDED
+            self.phase = Phase.GROUNDED
         self._brick = (x, y, z)
 
     def _land(self, platform: Platform, previous_z: float, z: float) -> bool:
@@ -239,7 +236,7 @@ class World:
             return False
         self._place = Pose2D(x, y, self._yaw - platform.hinge_yaw)
         self._slide_velocity = (0.0, 0.0)
-        self._phase = Phase.RIDING
+        self.phase = Phase.RIDING
         self._follow(platform)
         return True
 
@@ -257,7 +254,7 @@ class World:
         has_slid_off = self._place != before and self._shape.is_clear_of(
             *self._place, *self.size[:2])
         if has_slid_off or normal[2] <= MIN_NORMAL_Z:
-            self._phase = Phase.FLOATING
+            self.phase = Phase.FLOATING
 
     def _follow(self, platform: Platform) -> None:
         x, y, yaw = self._place

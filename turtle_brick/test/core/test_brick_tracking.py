@@ -38,7 +38,7 @@ def test_fall_is_detected_at_its_third_position():
 
 
 def test_height_of_a_falling_brick_and_time_to_a_height():
-    fall = Fall(0, 5.0, 5.0, 9.0, speed=1.0)
+    fall = Fall(0, (5.0, 5.0, 9.0), speed=1.0)
     assert fall.height(2 * NS_PER_SECOND, gravity=2.0) == pytest.approx(3.0)
     assert fall.time_to(3.0, gravity=2.0) == pytest.approx(2.0)
     assert isnan(fall.time_to(10.0, gravity=2.0))
@@ -228,4 +228,4 @@ def test_interrupted_fall_ends_and_the_next_fall_is_detected(
         bench.hover(x, 5.0, z, 1)
     assert (bench.detector.fall, bench.fall_count) == (None, 1)
     again = bench.fall(x, 5.0, z, bench.now, 4)
-    assert (again.x, bench.fall_count) == (x, 2)
+    assert (again.position[0], bench.fall_count) == (x, 2)

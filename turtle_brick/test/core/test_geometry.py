@@ -20,8 +20,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
 import pytest
-from turtle_brick.core.geometry import (distance_to_rectangle, from_pitch, from_yaw, multiply,
-                                        Pose, Pose2D, rotate)
+from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Pose2D, rotate
 
 angles = st.floats(-2.0 * pi, 2.0 * pi)
 lengths = st.floats(-20.0, 20.0)
@@ -39,12 +38,6 @@ def test_yaw_turns_left_and_pitch_lowers_the_front():
     left = Pose((1.0, 2.0, 3.0), from_yaw(pi / 2.0))
     assert left.transform((1.0, 0.0, 0.0)) == near((1.0, 3.0, 3.0))
     assert rotate(from_pitch(pi / 6.0), (1.0, 0.0, 0.0)) == near((cos(pi / 6.0), 0.0, -0.5))
-
-
-def test_distance_to_rectangle():
-    assert distance_to_rectangle(3.0, 0.0, 0.0, 2.0, 1.0) == pytest.approx(2.0)
-    assert distance_to_rectangle(3.0, 0.0, pi / 2.0, 2.0, 1.0) == pytest.approx(2.5)
-    assert distance_to_rectangle(0.5, 0.2, 0.0, 2.0, 1.0) == 0.0
 
 
 @law(12)

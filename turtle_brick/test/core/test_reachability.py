@@ -33,8 +33,8 @@ LATENCY = PARAMETERS.command_latency
 
 def decide(x, y, z, robot=RobotState(5.0, 5.0), speed=0.0, delay=0.0):
     """Return the decision made `delay` seconds after the falling brick was observed at x, y, z."""
-    return decide_reachability(Fall(NS_PER_SECOND, x, y, z, speed), NS_PER_SECOND + seconds(delay),
-                               robot, PARAMETERS)
+    fall = Fall(NS_PER_SECOND, (x, y, z), speed)
+    return decide_reachability(fall, NS_PER_SECOND + seconds(delay), robot, PARAMETERS)
 
 
 def test_brick_is_reachable_if_the_robot_has_enough_time():
@@ -99,7 +99,7 @@ other_parameters = st.builds(
        above=st.floats(0.0, 20.0), late=st.floats(0.0, 0.05), is_at_rest=st.booleans())
 def test_brick_is_reachable_if_the_needed_time_is_available(
         parameters, x, y, robot_x, robot_y, above, late, is_at_rest):
-    fall = Fall(NS_PER_SECOND, x, y, resting_height(parameters) + above, 0.0)
+    fall = Fall(NS_PER_SECOND, (x, y, resting_height(parameters) + above), 0.0)
     robot = RobotState(robot_x, robot_y, is_at_rest)
     decision = decide_reachability(fall, NS_PER_SECOND + seconds(late), robot, parameters)
     available = sqrt(2.0 * above / parameters.gravity_accel) - late

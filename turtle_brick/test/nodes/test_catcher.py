@@ -146,4 +146,4 @@ def test_fall_in_one_message_is_detected_immediately(live):
     bench.tick(200_000_000, updates=False)
     fall = bench.catcher.catcher.decision.fall
     assert abs(fall.stamp - begin) <= 3 * STEP_NS
-    assert (fall.x, fall.y) == (12.0, 6.0)
+    assert fall.position[:2] == (12.0, 6.0)

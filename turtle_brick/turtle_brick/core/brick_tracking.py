@@ -39,22 +39,15 @@ class Fall(NamedTuple):
 
     stamp: int
     """Time (ns)."""
-    x: float
-    """x coordinate (m) of the brick's center in the world frame."""
-    y: float
-    z: float
+    position: Vector
+    """Position (m) of the brick's center in the world frame."""
     speed: float
     """Downward speed (m/s)."""
-
-    @property
-    def position(self) -> Vector:
-        """Position (m) of the brick's center in the world frame at `stamp`."""
-        return (self.x, self.y, self.z)
 
     def height(self, stamp: int, gravity: float) -> float:
         """Return the predicted z coordinate (m) of the brick's center at a given time (ns)."""
         time = (stamp - self.stamp) * SECONDS_PER_NS
-        return self.z - self.speed * time - 0.5 * gravity * time * time
+        return self.position[2] - self.speed * time - 0.5 * gravity * time * time
 
     def release_time(self, gravity: float) -> int:
         """Return the estimated time (ns) at which the brick was released."""
@@ -67,7 +60,7 @@ class Fall(NamedTuple):
         The time is negative if the brick has already passed this height, and NaN if the fall began
         below this height.
         """
-        square = self.speed * self.speed + 2.0 * gravity * (self.z - height)
+        square = self.speed * self.speed + 2.0 * gravity * (self.position[2] - height)
         return nan if square < 0.0 else (sqrt(square) - self.speed) / gravity
 
 
@@ -124,7 +117,7 @@ class FallDetector:
         acceleration = (speed_after - speed_before) / (0.5 * (first + second))
         if abs(acceleration - self.gravity) > self.ACCELERATION_TOLERANCE * self.gravity:
             return None
-        return Fall(t2, x2, y2, z2, speed_after + 0.5 * self.gravity * second)
+        return Fall(t2, (x2, y2, z2), speed_after + 0.5 * self.gravity * second)
 
 
 class BrickTracker:

@@ -223,7 +223,7 @@ class Catcher:
         if fall is None:
             return None
         self.decision = decide_reachability(fall, self._now, self.robot.state, self.parameters)
-        return (fall.x, fall.y) if self.decision.reachable else None
+        return fall.position[:2] if self.decision.reachable else None
 
     def _observation(self, has_reachable_fall: bool) -> Observation:
         brick, robot, platform = self.brick, self.robot.state, self.robot.platform

@@ -20,7 +20,7 @@ Quaternions have unit length and the order (x, y, z, w). A pose maps a point p i
 rotate(orientation, p) + position in the parent frame.
 """
 
-from math import cos, hypot, sin
+from math import cos, sin
 from typing import NamedTuple
 
 Vector = tuple[float, float, float]
@@ -101,15 +101,3 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
     return (v[0] * ex[0] + v[1] * ey[0] + v[2] * ez[0],
             v[0] * ex[1] + v[1] * ey[1] + v[2] * ez[1],
             v[0] * ex[2] + v[1] * ey[2] + v[2] * ez[2])
-
-
-def distance_to_rectangle(x: float, y: float, yaw: float, length: float, width: float) -> float:
-    """
-    Return the distance (m) from the origin to a rectangle, or 0 if the origin is inside.
-
-    The rectangle is centered at (x, y) (m), with `length` (m) along the heading `yaw` (rad).
-    """
-    c, s = cos(yaw), sin(yaw)
-    along = abs(c * x + s * y) - length / 2.0
-    across = abs(-s * x + c * y) - width / 2.0
-    return hypot(max(along, 0.0), max(across, 0.0))

@@ -20,10 +20,9 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
     time needed = command_latency + (distance - platform_radius) / max_velocity + braking loss
 
 - The brick falls straight down without drag, and lands when its bottom reaches the top of the
-  level platform. A brick is unreachable if its bottom is already below the platform's top.
+  level platform. From then on, it is unreachable, even if the fall is detected only now.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
-- A brick whose fall is detected after its landing is unreachable.
 - Braking costs extra time (braking loss) only if the braking distance exceeds platform_radius.
 - A moving robot first executes the commands already sent. The calculation therefore increases the
   robot's distance to the brick by max_velocity * command_latency.
@@ -127,13 +126,14 @@ def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
 
 
 def _landing_problem(fall: Fall, time: float, available: float, parameters: Parameters) -> str:
+    x, y, z = fall.position
     if isnan(time):
-        return (f'the brick, at {fall.z:.4g} m, falls from below its resting height on the '
+        return (f'the brick, at {z:.4g} m, falls from below its resting height on the '
                 f'platform, {resting_height(parameters):.4g} m')
-    if within_arena(fall.x, fall.y) != (fall.x, fall.y):
-        return f'the landing point ({fall.x:.4g}, {fall.y:.4g}) is outside the arena'
+    if within_arena(x, y) != (x, y):
+        return f'the landing point ({x:.4g}, {y:.4g}) is outside the arena'
     if time < 0.0:
-        return f'the brick, at {fall.z:.4g} m, has already passed the platform'
+        return f'the brick, at {z:.4g} m, has already passed the platform'
     if available < 0.0:
         return (f'the fall was detected {-available:.3f} s after the brick reached the top of the '
                 'platform, because its transforms arrived late')

@@ -20,9 +20,9 @@ Pose and shape of the platform that carries the brick. The axes follow REP 103.
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import atan2, hypot
+from math import atan2, cos, hypot, sin
 
-from turtle_brick.core.geometry import axes, distance_to_rectangle, Pose, Vector
+from turtle_brick.core.geometry import axes, Pose, Vector
 
 LEVEL_TOLERANCE = 1e-3
 """Maximum inclination (rad) at which the platform counts as level."""
@@ -49,7 +49,11 @@ class PlatformShape:
 
     def is_clear_of(self, x: float, y: float, yaw: float, length: float, width: float) -> bool:
         """Return whether a brick at x, y with a given yaw (rad) and size (m) has slid off."""
-        return distance_to_rectangle(x, y, yaw, length, width) > self.reach
+        c, s = cos(yaw), sin(yaw)
+        # Distances from the center to the brick along the brick's own axes
+        along = max(abs(c * x + s * y) - length / 2.0, 0.0)
+        across = max(abs(-s * x + c * y) - width / 2.0, 0.0)
+        return hypot(along, across) > self.reach
 
 
 @dataclass(frozen=True)

@@ -172,10 +172,10 @@ def test_fall_time_and_guaranteed_distance():
 def test_decision_keeps_the_guarantee(speed, radius, latency, above, distance, late):
     parameters = replace(PARAMETERS, max_velocity=speed, platform_radius=radius,
                          command_latency=latency)
-    fall = Fall(NS_PER_SECOND, 5.0, 5.0, resting_height(parameters) + above, 0.0)
+    fall = Fall(NS_PER_SECOND, (5.0, 5.0, resting_height(parameters) + above), 0.0)
     decision = decide_reachability(fall, NS_PER_SECOND + seconds(late),
                                    RobotState(5.0 + distance, 5.0), parameters)
-    guaranteed = guaranteed_distance(fall.z, parameters)
+    guaranteed = guaranteed_distance(fall.position[2], parameters)
     if distance <= guaranteed and late <= DETECTION_TIME - 1e-6:
         assert decision.reachable
     if decision.reachable and decision.needed:
