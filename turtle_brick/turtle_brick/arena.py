@@ -56,7 +56,7 @@ from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Color, Pose, Vector
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
-from turtle_brick.core.turtlesim_arena import ARENA_SIZE, within_arena
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.ros.node_main import declare_parameters, run_node
 from turtle_brick.ros.tf import (BRICK, due_time, GuardedListener, LATCHED, PLATFORM, pose_of,
@@ -140,7 +140,7 @@ class Arena(Node):
         else:
             response.success = True
             response.message = 'the brick hovers at ({:g}, {:g}, {:g})'.format(*location)
-            if within_arena(*location[:2]) != location[:2]:
+            if nearest_in_arena(*location[:2]) != location[:2]:
                 response.message += ', outside the arena, where the robot cannot catch it'
         return response
 

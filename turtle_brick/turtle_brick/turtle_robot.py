@@ -57,7 +57,7 @@ from turtle_brick.core.driving import COMMAND_PERIOD, Driver
 from turtle_brick.core.geometry import from_yaw, Pose, Pose2D
 from turtle_brick.core.odometry import Odometer
 from turtle_brick.core.time_steps import NS_PER_SECOND, StepClock
-from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
+from turtle_brick.core.turtlesim_arena import nearest_in_arena, TurtlePose
 from turtle_brick.ros.node_main import declare_parameters, run_node
 from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, due_time, ODOM, set_transform,
                                  transform_message, WARNING_PERIOD, WORLD)
@@ -106,7 +106,7 @@ class TurtleRobot(Node):
         pose = TurtlePose(message.x, message.y, message.theta,
                           message.linear_velocity, message.angular_velocity)
         position = (pose.x, pose.y)
-        if not all(map(isfinite, pose)) or position != within_arena(*position):
+        if not all(map(isfinite, pose)) or position != nearest_in_arena(*position):
             self.get_logger().warning(
                 f'Ignored a pose that is invalid or outside the arena: ({pose.x:g}, {pose.y:g}), '
                 f'heading {pose.theta:g} rad, speed {pose.linear_velocity:g} m/s',
@@ -132,7 +132,7 @@ class TurtleRobot(Node):
             self.get_logger().warning(
                 f'Ignored a goal because {error}', throttle_duration_sec=WARNING_PERIOD)
             return
-        x, y = within_arena(*goal)
+        x, y = nearest_in_arena(*goal)
         if (x, y) != goal:
             self.get_logger().warning(
                 f'The goal ({goal[0]:.4g}, {goal[1]:.4g}) is outside the arena. '

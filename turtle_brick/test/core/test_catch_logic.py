@@ -29,7 +29,7 @@ from turtle_brick.core.catch_logic import (Catcher, CENTER, GOAL_TOLERANCE, LYIN
                                            TILTING_TIMEOUT, transition)
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.turtlesim_arena import within_arena
+from turtle_brick.core.turtlesim_arena import nearest_in_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 
 
@@ -332,13 +332,14 @@ def test_goal_is_published_again_if_it_is_lost_or_overridden():
 @given(angle=st.floats(-pi, pi), time=st.floats(0.0, 1.2), speed=st.floats(1.0, 10.0))
 def test_goals_are_inside_the_arena(angle, time, speed):
     bench = CatchBench(replace(PARAMETERS, max_velocity=speed))
-    bench.drop(*within_arena(CENTER[0] + 8.0 * cos(angle), CENTER[1] + 8.0 * sin(angle)), 2000.0)
+    x, y = CENTER[0] + 8.0 * cos(angle), CENTER[1] + 8.0 * sin(angle)
+    bench.drop(*nearest_in_arena(x, y), 2000.0)
     bench.run(0.1 + time)
     assert bench.catcher.state is State.APPROACHING
     bench.world.brick = (5.0, 5.0, 1.0)
     bench.reach_state(State.WAITING, 3.0)
     _, stop = bench.goals
-    assert stop == within_arena(*stop)
+    assert stop == nearest_in_arena(*stop)
     assert dist(stop, bench.robot) <= 0.15 * speed
 
 

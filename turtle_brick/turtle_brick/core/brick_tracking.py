@@ -30,7 +30,7 @@ from turtle_brick.core.time_steps import NS_PER_SECOND, SECONDS_PER_NS
 POSITION_TOLERANCE = 1e-9
 """Maximum position error (m) caused by interpolation in tf2."""
 
-HEIGHT_TOLERANCE = 0.01
+RESTING_TOLERANCE = 0.01
 """Maximum deviation (m) of a brick on the platform from its resting height."""
 
 
@@ -69,7 +69,8 @@ class FallDetector:
     Detect free fall in a sequence of positions.
 
     A fall is detected when three consecutive positions lie on a vertical line and the acceleration
-    computed from them matches gravity. At 250 positions per second, detection takes 8 ms.
+    computed from them matches gravity. At 250 positions per second, detection takes 8 ms. The fall
+    ends when a position deviates from the predicted course.
     """
 
     ACCELERATION_TOLERANCE = 0.1
@@ -82,7 +83,7 @@ class FallDetector:
     SIDEWAYS_TOLERANCE = 1e-4
     """Maximum sideways motion (m) between two consecutive positions in a fall."""
 
-    HEIGHT_TOLERANCE = 0.01
+    COURSE_TOLERANCE = 0.01
     """Maximum deviation (m) of a falling brick from its predicted height."""
 
     def __init__(self, gravity: float) -> None:
@@ -101,7 +102,7 @@ class FallDetector:
             sideways = abs(x - last_x) + abs(y - last_y)
             off_course = 0.0 if self.fall is None else (
                 abs(self.fall.height(stamp, self.gravity) - z))
-            if sideways > self.SIDEWAYS_TOLERANCE or off_course > self.HEIGHT_TOLERANCE:
+            if sideways > self.SIDEWAYS_TOLERANCE or off_course > self.COURSE_TOLERANCE:
                 samples.clear()
                 self.fall = None
         samples.append((stamp, x, y, z))
@@ -149,7 +150,7 @@ class BrickTracker:
     def is_falling_to_platform(self) -> bool:
         """Return whether the brick is falling and has not passed the top of the platform yet."""
         return (self.fall is not None
-                and self.position[2] > self._resting_height - HEIGHT_TOLERANCE)
+                and self.position[2] > self._resting_height - RESTING_TOLERANCE)
 
     @property
     def still_for(self) -> float:
@@ -168,7 +169,7 @@ class BrickTracker:
             return
         fall = self.fall
         self._detector.observe(stamp, position)
-        self.has_landed = abs(position[2] - self._resting_height) <= HEIGHT_TOLERANCE and (
+        self.has_landed = abs(position[2] - self._resting_height) <= RESTING_TOLERANCE and (
             is_attached or self._ends_at_resting_height(fall, stamp)
             or (self.has_landed and not self._is_attached))
         if (is_attached != self._is_attached
@@ -186,6 +187,6 @@ class BrickTracker:
         is unknown.
         """
         return (fall is not None and self.fall is None
-                and self.position[2] > self._resting_height - HEIGHT_TOLERANCE
+                and self.position[2] > self._resting_height - RESTING_TOLERANCE
                 and fall.height(stamp, self._detector.gravity)
-                < self._resting_height + HEIGHT_TOLERANCE)
+                < self._resting_height + RESTING_TOLERANCE)

@@ -33,7 +33,7 @@ from turtle_brick.core.reachability import decide_reachability, Decision, restin
 from turtle_brick.core.robot_tracking import RobotTracker
 from turtle_brick.core.tilting_platform import PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_arena import ARENA_CENTER, within_arena
+from turtle_brick.core.turtlesim_arena import ARENA_CENTER, nearest_in_arena
 
 UPDATE_PERIOD = 0.02
 """Update period (s) of the catcher. Each new fall triggers an additional update."""
@@ -244,19 +244,17 @@ class Catcher:
 
     def _has_arrived_at(self, goal: tuple[float, float]) -> bool:
         robot = self.robot.state
-        return (robot is not None and robot.is_at_rest
-                and robot.distance_to(goal) <= GOAL_TOLERANCE)
+        return robot is not None and robot.is_at_rest and robot.distance_to(goal) <= GOAL_TOLERANCE
 
     def _next_goal(self, previous: State) -> tuple[float, float] | None:
         robot, state = self.robot.state, self.state
-        if state is State.CARRYING and previous is not State.CARRYING:
-            return CENTER
         if robot is None:
             return None
+        if state is State.CARRYING and previous is not State.CARRYING:
+            return CENTER
         if state is State.LEVELING and previous in DRIVING_STATES:
-            return within_arena(robot.x, robot.y)
-        if (state in DRIVING_STATES and robot.is_at_rest
-                and not self._has_arrived_at(self._goal)):
+            return nearest_in_arena(robot.x, robot.y)
+        if state in DRIVING_STATES and robot.is_at_rest and not self._has_arrived_at(self._goal):
             return self._goal  # The goal message was lost, or another node has published a goal.
         return None
 

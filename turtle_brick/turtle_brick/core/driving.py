@@ -29,7 +29,7 @@ All times (s), including those passed by the caller, come from the same monotoni
 from collections import deque
 from math import atan2, cos, hypot, log, sin
 
-from turtle_brick.core.turtlesim_arena import TurtlePose, within_arena
+from turtle_brick.core.turtlesim_arena import nearest_in_arena, TurtlePose
 
 COMMAND_PERIOD = 0.010
 """Interval (s) between commands on cmd_vel."""
@@ -114,7 +114,7 @@ class Driver:
         forward = sum(linear_x for linear_x, _ in hidden) * COMMAND_PERIOD
         left = sum(linear_y for _, linear_y in hidden) * COMMAND_PERIOD
         c, s = cos(pose.theta), sin(pose.theta)
-        return within_arena(pose.x + c * forward - s * left, pose.y + s * forward + c * left)
+        return nearest_in_arena(pose.x + c * forward - s * left, pose.y + s * forward + c * left)
 
 
 def braking_loss(radius: float, max_velocity: float) -> float:

@@ -24,8 +24,8 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
 - Braking costs extra time (braking loss) only if the braking distance exceeds platform_radius.
-- A moving robot first executes the commands already sent. The calculation therefore increases the
-  robot's distance to the brick by max_velocity * command_latency.
+- A moving robot first executes the commands already sent, and at worst drives away at full speed.
+  Its distance to the brick is therefore increased by max_velocity * command_latency.
 - A robot at rest whose level platform is already under the brick needs no time.
 
 All timestamps (ns) come from the same clock.
@@ -40,7 +40,7 @@ from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.robot_tracking import RobotState
 from turtle_brick.core.tilting_platform import PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_arena import within_arena
+from turtle_brick.core.turtlesim_arena import nearest_in_arena
 
 
 class Decision(NamedTuple):
@@ -130,7 +130,7 @@ def _landing_problem(fall: Fall, time: float, available: float, parameters: Para
     if isnan(time):
         return (f'the brick, at {z:.4g} m, falls from below its resting height on the '
                 f'platform, {resting_height(parameters):.4g} m')
-    if within_arena(x, y) != (x, y):
+    if nearest_in_arena(x, y) != (x, y):
         return f'the landing point ({x:.4g}, {y:.4g}) is outside the arena'
     if time < 0.0:
         return f'the brick, at {z:.4g} m, has already passed the platform'

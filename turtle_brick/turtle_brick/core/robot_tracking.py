@@ -60,8 +60,8 @@ class RobotTracker:
         """Latest state of the robot, or None if the robot is unavailable."""
         self.platform: Platform | None = None
         """Latest platform, or None if the robot is unavailable."""
-        self.response_time = 0.0
-        """Last response time (s) that exceeded the command latency, initially 0."""
+        self.late_response_time = 0.0
+        """Last response time (s) that exceeded the command latency, or 0."""
         self._latency = command_latency
         self._stamp = 0
         self._last_motion = 0
@@ -107,4 +107,4 @@ class RobotTracker:
     def _measure_response(self, still: int, moved: int) -> None:
         goal_time, self._awaited_goal_time = self._awaited_goal_time, None
         if goal_time is not None and (still - goal_time) * SECONDS_PER_NS > self._latency:
-            self.response_time = (moved - goal_time) * SECONDS_PER_NS
+            self.late_response_time = (moved - goal_time) * SECONDS_PER_NS

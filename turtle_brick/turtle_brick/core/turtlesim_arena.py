@@ -33,7 +33,7 @@ ARENA_CENTER = float32(ARENA_SIZE / 2)
 """x and y coordinates (m) of the arena's center."""
 
 
-def within_arena(x: float, y: float) -> tuple[float, float]:
+def nearest_in_arena(x: float, y: float) -> tuple[float, float]:
     """Return the point (m, world frame) inside the arena that is nearest to (x, y)."""
     return (0.0 if x < 0.0 else ARENA_SIZE if x > ARENA_SIZE else x,
             0.0 if y < 0.0 else ARENA_SIZE if y > ARENA_SIZE else y)

@@ -13,6 +13,7 @@
 # limitations under the License.
 """
 Kinematics of turtlesim 1.8 without ROS. The results are bitwise identical to those of turtlesim.
+Simulations and turtlesim's stand-in use this module. The nodes use turtlesim itself.
 
 Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
@@ -31,7 +32,7 @@ from collections import deque
 import math
 
 # The build copies this module and turtlesim_arena into the package of the turtlesim stand-in.
-from .turtlesim_arena import ARENA_CENTER, ARENA_SIZE, float32, TICK, TurtlePose, within_arena
+from .turtlesim_arena import ARENA_CENTER, ARENA_SIZE, float32, nearest_in_arena, TICK, TurtlePose
 
 QUEUE_DEPTH = 7
 """Capacity of the velocity command queue (QoS KeepLast(7))."""
@@ -101,7 +102,7 @@ class Turtle:
 
     def clamp(self, x: float, y_down: float) -> tuple[float, float]:
         """Stop the turtle at a wall. Like in turtlesim, coordinates may be NaN."""
-        return within_arena(x, y_down)
+        return nearest_in_arena(x, y_down)
 
     def tick(self, now: float) -> TurtlePose:
         """Execute one tick and return the pose to publish."""

@@ -20,7 +20,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law, PARAMETERS
 from turtle_brick.core.driving import BRAKING_TIME
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, nearest_in_arena
 from turtle_brick_tools.simulation import Delays, JITTER, Simulation
 
 places = st.floats(0.0, ARENA_SIZE)
@@ -33,7 +33,7 @@ headings = st.floats(-pi, pi)
        seed=st.integers(0, 2 ** 32), delays=st.sampled_from((JITTER, Delays())))
 def test_driver_arrives_in_time_without_overshoot(speed, x, y, theta, time, angle, seed, delays):
     """The turtle drives in a straight line, even with timer jitter."""
-    goal = within_arena(x + time * speed * cos(angle), y + time * speed * sin(angle))
+    goal = nearest_in_arena(x + time * speed * cos(angle), y + time * speed * sin(angle))
     simulation = Simulation(replace(PARAMETERS, max_velocity=speed), seed, delays, (x, y, theta))
     simulation.rest(0.3)
     start, samples = simulation.turtle.pose, []

@@ -39,7 +39,7 @@ from rclpy.node import Node
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, Parameters
 from turtle_brick.core.reachability import resting_height
-from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, within_arena
+from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, nearest_in_arena
 from turtle_brick.physics import World
 from turtle_brick_tools import positive_int
 from turtle_brick_tools.graph import Graph
@@ -137,7 +137,7 @@ def random_brick(random: Random, client: GraphClient, parameters: Parameters, ne
         distance = random.uniform(nearest, farthest) * guaranteed_distance(z, parameters)
         angle = random.uniform(-pi, pi)
         x, y = robot[0] + distance * cos(angle), robot[1] + distance * sin(angle)
-        if within_arena(x, y) == (x, y):
+        if nearest_in_arena(x, y) == (x, y):
             return x, y, z
 
 

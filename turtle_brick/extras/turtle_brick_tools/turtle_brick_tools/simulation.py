@@ -37,8 +37,8 @@ from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import Decision, resting_height
 from turtle_brick.core.tilting_platform import Platform, PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE, TICK, Turtle,
-                                                    TurtlePose, within_arena)
+from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE,
+                                                    nearest_in_arena, TICK, Turtle, TurtlePose)
 from turtle_brick.physics import Phase, STEP_NS, World
 
 ROBOT_PERIOD_NS = round(driving.COMMAND_PERIOD / SECONDS_PER_NS)
@@ -208,7 +208,7 @@ class Simulation:
         while self._to_robot and self._to_robot[0][0] <= now:
             _, commands = self._to_robot.popleft()
             if commands.goal is not None:
-                driver.drive_to(*within_arena(*commands.goal))
+                driver.drive_to(*nearest_in_arena(*commands.goal))
             if commands.tilt_angle is not None:
                 self.tilt_angle = commands.tilt_angle
         self.commanded = driver.command(now * SECONDS_PER_NS)
@@ -344,7 +344,7 @@ def guaranteed_distance(height: float, parameters: Parameters) -> float:
 def guaranteed_distance_to(brick: Vector, parameters: Parameters) -> float:
     """Return the `guaranteed_distance` (m) for a brick, or -inf if it is outside the arena."""
     x, y, height = brick
-    if within_arena(x, y) != (x, y):
+    if nearest_in_arena(x, y) != (x, y):
         return -inf
     return guaranteed_distance(height, parameters)
 
