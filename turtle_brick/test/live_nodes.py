@@ -108,6 +108,20 @@ class Listening:
             self.spin_once()
         return result
 
+    def require_rate(self, recordings: Sequence[Recording], rate: float, tolerance: float) -> None:
+        """
+        Record until each recording had a given rate (Hz) for 3 s.
+
+        On an overloaded machine, a node may be late for seconds, but no node that has another rate
+        ever has this one for 3 s.
+        """
+        measured = []
+        while len(measured) < 10:
+            measured.append(self.rates(recordings))
+            if all(abs(found - rate) <= tolerance for found in measured[-1]):
+                return
+        raise AssertionError(f'The rates were {measured} Hz instead of {rate:g} Hz')
+
     def rates(self, recordings: Sequence[Recording], seconds: float = 3.0) -> list[float]:
         """Return the publication rate (Hz) of each recording during the next seconds."""
         self.wait_for(lambda: all(recording.messages for recording in recordings), TIMEOUT,
