@@ -105,7 +105,7 @@ class Arena(Node):
         self.clock_offset = 0
         """Offset (ns) between the clock and a monotonic clock at the latest step."""
         self.holds_released_brick = False
-        """Whether the brick must not move in the next steps because `drop` has not responded."""
+        """Whether the next steps keep the brick still so that `drop` responds first."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)

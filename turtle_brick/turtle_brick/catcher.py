@@ -33,7 +33,7 @@ are synchronized, for example with chrony.
 
 Parameters, read-only (the catcher declares all parameters in config/turtle.yaml and uses these):
     max_velocity (float, m/s): maximum translational speed of the robot
-    command_latency (float, s): maximum time from a decision to the first motion of the robot
+    command_latency (float, s): maximum time from a decision until the arena sees the robot move
     platform_height (float, m): height of the level platform's top above the ground
     platform_radius (float, m): distance from the platform's axis within which a brick lands
     gravity_accel (float, m/s^2): acceleration of a falling brick

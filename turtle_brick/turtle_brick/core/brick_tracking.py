@@ -148,7 +148,7 @@ class BrickTracker:
 
     @property
     def is_falling_to_platform(self) -> bool:
-        """Return whether the brick is falling and has not passed the top of the platform yet."""
+        """Return whether the brick is falling and still higher than on the platform."""
         return (self.fall is not None
                 and self.position[2] > self._resting_height - RESTING_TOLERANCE)
 
@@ -183,8 +183,8 @@ class BrickTracker:
         Return whether a fall that was in progress ended on the platform before `stamp` (ns).
 
         An arena node from another workspace may keep world as the parent frame of a brick on the
-        platform. In this package, a riding brick is a child of world only if the platform's pose
-        is unknown.
+        platform. In this package, a brick that stops being a child of the platform has not landed.
+        `position` is still the last one before `stamp`.
         """
         return (fall is not None and self.fall is None
                 and self.position[2] > self._resting_height - RESTING_TOLERANCE

@@ -51,7 +51,7 @@ START_DISTANCE = 0.003
 """Distance (m) from the goal at which a stopped turtle starts moving again."""
 
 HIDDEN_COMMANDS = round((POSE_TIMEOUT + COMMAND_DELAY) / COMMAND_PERIOD)
-"""Maximum number of recent commands used to predict the turtle's position."""
+"""Maximum number of commands that the latest usable pose does not show yet."""
 
 
 class Driver:

@@ -121,7 +121,7 @@ PARAMETER_RULES = {
     'wheel_radius': ParameterRule('Radius of the wheel', 'm', 0.01, 10),
     'max_velocity': ParameterRule('Maximum translational speed of the robot', 'm/s', 0.01, 10),
     'command_latency': ParameterRule(
-        'Maximum time from a decision of the catcher to the first motion of the robot', 's',
+        'Maximum time from a decision of the catcher until the arena sees the robot move', 's',
         0, 10),
     'tilt_angle': ParameterRule('Platform angle for tipping off a brick', 'rad', 0.05, 1.5),
     'gravity_accel': ParameterRule('Downward acceleration due to gravity', 'm/s^2', 0.01, 100),

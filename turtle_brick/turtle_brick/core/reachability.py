@@ -20,12 +20,12 @@ A brick is reachable if it lands inside the arena and the robot arrives before t
     time needed = command_latency + (distance - platform_radius) / max_velocity + braking loss
 
 - The brick falls straight down without drag, and lands when its bottom reaches the top of the
-  level platform. From then on, it is unreachable, even if the fall is detected only now.
+  level platform. If the fall is detected only after that time, the brick is unreachable.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
   driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
 - Braking costs extra time (braking loss) only if the braking distance exceeds platform_radius.
-- A moving robot first executes the commands already sent, and at worst drives away at full speed.
-  Its distance to the brick is therefore increased by max_velocity * command_latency.
+- A robot that moves, or has just received a goal, at worst drives away at full speed first. Its
+  distance to the brick is therefore increased by max_velocity * command_latency.
 - A robot at rest whose level platform is already under the brick needs no time.
 
 All timestamps (ns) come from the same clock.

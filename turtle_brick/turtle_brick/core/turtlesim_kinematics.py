@@ -13,9 +13,9 @@
 # limitations under the License.
 """
 Kinematics of turtlesim 1.8 without ROS. The results are bitwise identical to those of turtlesim.
-Simulations and turtlesim's stand-in use this module. The nodes use turtlesim itself.
 
-Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
+Simulations and turtlesim's stand-in use this module; the nodes use turtlesim itself. Every 16 ms,
+each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
 1. Take one velocity command from a queue of up to seven commands.
 2. Stop if the last command is more than one second old.
