@@ -108,9 +108,10 @@ class Listening:
             self.spin_once()
         return result
 
-    def require_rate(self, recordings: Sequence[Recording], rate: float, tolerance: float) -> None:
+    def require_rate(self, recordings: Sequence[Recording], rate: float, tolerance: float,
+                     predicate: Callable[[], Any] = lambda: True) -> None:
         """
-        Record until each recording had a given rate (Hz) for 3 s.
+        Record until, for 3 s, each recording had a given rate (Hz) and the predicate was true.
 
         On an overloaded machine, a node may be late for seconds, but no node that has another rate
         ever has this one for 3 s.
@@ -118,7 +119,7 @@ class Listening:
         measured = []
         while len(measured) < 10:
             measured.append(self.rates(recordings))
-            if all(abs(found - rate) <= tolerance for found in measured[-1]):
+            if all(abs(found - rate) <= tolerance for found in measured[-1]) and predicate():
                 return
         raise AssertionError(f'The rates were {measured} Hz instead of {rate:g} Hz')
 
