@@ -36,7 +36,6 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TransformStamped
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
@@ -46,7 +45,7 @@ from robot_state_publisher.description import FIXED, Joint, MOVING, parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
-from tf2_ros.buffer_core import stamped
+from tf2_ros.buffer_core import canonical, Transform
 from turtle_graph.client.run_node import run_node
 
 
@@ -68,6 +67,8 @@ class RobotStatePublisher(Node):
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._joints = parse(description, self.get_logger().warning)
+        self._names: list[str] = []
+        self._sources: list[tuple[Joint, int, float, float, TransformStamped]] = []
         self._published: dict[str, int] = {}
         """Timestamp (ns) of the last processed position of each joint, keyed by joint name."""
 
@@ -76,9 +77,10 @@ class RobotStatePublisher(Node):
         self._description_publisher = self.create_publisher(String, 'robot_description', latched)
         self._description_publisher.publish(String(data=description))
         now = self.get_clock().now().to_msg()
-        self._static_publisher.publish(TFMessage(transforms=[
-            self._transform(joint, 0.0, now)
-            for joint in self._joints.values() if joint.kind in FIXED]))
+        fixed = [self._transform(joint) for joint in self._joints.values() if joint.kind in FIXED]
+        for transform in fixed:
+            transform.header.stamp = now
+        self._static_publisher.publish(TFMessage(transforms=fixed))
         self.create_subscription(
             JointState, 'joint_states', self.joint_states_callback, qos_profile_sensor_data)
         self.get_logger().info('Robot initialized')
@@ -89,10 +91,13 @@ class RobotStatePublisher(Node):
             self.get_logger().error(
                 'Robot state publisher ignored an invalid JointState message with '
                 f'{len(state.position)} positions of the joints {state.name}')
-        elif self._is_due(state):
-            self._tf_publisher.publish(TFMessage(transforms=[
-                self._transform(joint, factor * state.position[index] + offset, state.header.stamp)
-                for joint, index, factor, offset in self._find_sources(state.name)]))
+        elif self._ignore_stamp or self._is_due(state):
+            if state.name != self._names:
+                self._names, self._sources = state.name, self._find_sources(state.name)
+            for joint, index, factor, offset, transform in self._sources:
+                fill(transform, joint.pose(factor * state.position[index] + offset))
+                transform.header.stamp = state.header.stamp
+            self._tf_publisher.publish(TFMessage(transforms=[row[-1] for row in self._sources]))
 
     def _is_due(self, state: JointState) -> bool:
         now = self.get_clock().now().nanoseconds
@@ -100,13 +105,15 @@ class RobotStatePublisher(Node):
         # As in the real node, the minimum interval is a whole number of milliseconds.
         interval = int(1000.0 / self._frequency) * 1_000_000 if self._frequency else 0
         last = min([self._published.get(name, 0) for name in state.name], default=now)
-        if stamp < min(now, last) + interval and not self._ignore_stamp:
+        if stamp < min(now, last) + interval:
             return False
         for name in state.name:
             self._published[name] = stamp
         return True
 
-    def _find_sources(self, names: Iterable[str]) -> list[tuple[Joint, int, float, float]]:
+    def _find_sources(self, names: Iterable[str]
+                      ) -> list[tuple[Joint, int, float, float, TransformStamped]]:
+        """Return each moving joint with its index, factor, offset and reusable transform."""
         sources: dict[str, tuple[int, float, float]] = {}
         for index, name in enumerate(names):
             sources.setdefault(name, (index, 1.0, 0.0))
@@ -115,14 +122,22 @@ class RobotStatePublisher(Node):
                 index, multiplier, offset = sources[joint.mimicked]
                 sources.setdefault(joint.name, (index, joint.multiplier * multiplier,
                                                 joint.multiplier * offset + joint.offset))
-        return [(self._joints[name], *source) for name, source in sorted(sources.items())
-                if name in self._joints and self._joints[name].kind in MOVING]
+        moving = [(self._joints[name], source) for name, source in sorted(sources.items())
+                  if name in self._joints and self._joints[name].kind in MOVING]
+        return [(joint, *source, self._transform(joint)) for joint, source in moving]
 
-    def _transform(self, joint: Joint, position: float, stamp: Time) -> TransformStamped:
-        transform = stamped(self._prefix + joint.parent, self._prefix + joint.child, 0,
-                            joint.pose(position))
-        transform.header.stamp = stamp
+    def _transform(self, joint: Joint) -> TransformStamped:
+        transform = TransformStamped(child_frame_id=self._prefix + joint.child)
+        transform.header.frame_id = self._prefix + joint.parent
+        fill(transform, joint.pose(0.0))
         return transform
+
+
+def fill(message: TransformStamped, pose: Transform) -> None:
+    """Write a pose (m and quaternion) to a message."""
+    t, r = message.transform.translation, message.transform.rotation
+    t.x, t.y, t.z = pose[:3]
+    r.x, r.y, r.z, r.w = canonical(*pose[3:])
 
 
 def make_node() -> RobotStatePublisher:
