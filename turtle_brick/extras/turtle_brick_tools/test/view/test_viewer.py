@@ -19,6 +19,7 @@ from pathlib import Path
 import re
 import signal
 import socket
+import sys
 import urllib.request
 
 from geometry_msgs.msg import PoseStamped, Vector3
@@ -79,6 +80,15 @@ def test_without_viser_the_viewer_prints_how_to_install_it(monkeypatch, capsys):
     assert error.count('\n') == 1 and f'pip install {viewer.VISER}' in error
     requirements = Path(__file__).parents[4] / 'scripts' / 'requirements.txt'
     assert f'\n{viewer.VISER} ' in requirements.read_text()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signal_during_the_creation_of_a_node_ends_the_program(domain_id, number):
+    create = 'lambda: print("creating", flush=True) or time.sleep(1000)'
+    code = f'import time; from graph_client.run_node import run_node; run_node({create}, "test")'
+    command = [sys.executable, '-c', code]
+    with process(command, domain_id, stop=number, timeout=30.0) as running:
+        running.wait_for_output('creating', TIMEOUT)
 
 
 @needs_viser

@@ -14,6 +14,7 @@
 """Run a program's node until Ctrl-C or SIGTERM."""
 
 from collections.abc import Callable
+import os
 import signal
 from threading import Event
 
@@ -35,21 +36,32 @@ def run_node(make_node: Callable[[], Node], program: str, args: list[str] | None
     :return: error message if the node cannot be created, otherwise None
     """
     stopped = Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
+
+    def stop(*_: object) -> None:
+        stopped.set()
+        # Fast DDS hangs in 1 of 700 shutdowns, so another SIGTERM ends the process immediately.
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    # On a busy machine, creating a node can take longer than ros2 launch waits before SIGKILL.
+    handle_signals(lambda *_: os._exit(0))
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         node = make_node()
     except (ParameterException, RuntimeError, ValueError) as error:
         rclpy.try_shutdown()
         return f'{program}: {" ".join(str(error).split())}'
+    handle_signals(stop)
     executor = EventsExecutor()
     executor.add_node(node)
     while not stopped.is_set():
         executor.spin_once(timeout_sec=0.1)
-    # Fast DDS hangs in 1 of 700 shutdowns, so SIGTERM ends the process immediately from here on.
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
     return None
+
+
+def handle_signals(handler: Callable[..., object]) -> None:
+    """Make SIGINT and SIGTERM call a handler."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
