@@ -17,12 +17,12 @@ from hypothesis import strategies as st
 from laws import law
 import numpy
 import pytest
-from turtle_graph.view.camera import (FIELD_OF_VIEW, FREE_FRACTION, ground_point, MARGIN,
-                                      NARROW_ASPECT, NEAR_VIEW, TOP_VIEW)
+from turtle_graph.view.camera import (ARENA_VIEW, CORNERS, FIELD_OF_VIEW, FREE_FRACTION,
+                                      ground_point, MARGIN, NARROW_ASPECT, NEAR_VIEW, TOP_VIEW)
 
 COORDINATES = st.floats(-50.0, 50.0)
 POINTS = st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=5)
-VIEWS = st.sampled_from([NEAR_VIEW, TOP_VIEW])
+VIEWS = st.sampled_from([ARENA_VIEW, NEAR_VIEW, TOP_VIEW])
 ASPECTS = st.one_of(st.floats(0.3, NARROW_ASPECT), st.floats(NARROW_ASPECT, 3.0))
 
 
@@ -43,7 +43,7 @@ def are_visible(position, target, points, aspect):
 
 
 def test_top_view_looks_down_on_the_center_of_the_arena():
-    (x, y, z), target = TOP_VIEW.camera_pose(TOP_VIEW.fixed_points, 1.0)
+    (x, y, z), target = TOP_VIEW.camera_pose(CORNERS, 1.0)
     assert (x, y) == pytest.approx((5.544, 5.544), abs=0.05) and z > 11.0
     assert target == pytest.approx((5.544, 5.544, 0.0), abs=0.05)
 

@@ -20,7 +20,7 @@ from types import SimpleNamespace
 
 import numpy
 import pytest
-from turtle_graph.view.camera import NEAR_VIEW, TOP_VIEW
+from turtle_graph.view.camera import ARENA_VIEW, CORNERS, NEAR_VIEW, TOP_VIEW
 from turtle_graph.view.shapes import from_rpy, ORIGIN, Pose, SceneObject, Shape
 
 # A module-level skip would make the launch_testing plugin skip other modules too.
@@ -89,10 +89,10 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     monkeypatch.setattr(page.viser, 'get_clients', lambda: {1: browser})
     scene = Scene(page.viser)
 
-    def request(x):
+    def request(x, has_arena=False):
         """Return the camera position that the scene requests for a brick at x (m), or None."""
         browser.position = None
-        scene.keep_in_view([(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [])
+        scene.keep_in_view([(0.0, 0.0, 0.0), (x, 0.0, 0.0)] if x else [], has_arena)
         return browser.position
 
     assert request(0.0) is None
@@ -106,11 +106,15 @@ def test_camera_follows_robot_and_brick_until_somebody_turns_it(page, monkeypatc
     browser.report((4.0, 5.0, 6.0))
     assert request(15.0) is None, 'somebody has turned the camera'
     scene.set_view(browser, TOP_VIEW)
-    top, _ = TOP_VIEW.camera_pose(TOP_VIEW.fixed_points, 800 / 600)
-    assert request(15.0) == pytest.approx(top) and request(20.0) is None
+    top, _ = TOP_VIEW.camera_pose(CORNERS, 800 / 600)
+    assert request(15.0, True) == pytest.approx(top) and request(20.0, True) is None
     scene.set_view(browser, NEAR_VIEW)
     near, _ = NEAR_VIEW.camera_pose([(0.0,) * 3, (15.0, 0.0, 0.0)], 800 / 600)
-    assert request(15.0) == pytest.approx(near)
+    assert request(15.0, True) == pytest.approx(near)
+    new = Scene(page.viser)
+    new.keep_in_view([(5.0, 5.0, 12.0)], True)
+    arena, _ = ARENA_VIEW.camera_pose([*CORNERS, (5.0, 5.0, 12.0)], 800 / 600)
+    assert browser.position == pytest.approx(arena), 'the first view shows the whole arena'
 
 
 def test_curves_are_plotted_from_the_time_when_all_are_known(page):

@@ -130,6 +130,8 @@ def test_a_brick_is_placed_by_a_click_dropped_caught_and_tipped_off(page):
     page.wait_for('/carrying.*tilting.*waiting/.test(states)')
     assert page.evaluate('drops.innerText') == '1 caught, 0 refused, 0 missed'
     assert page.evaluate('catcher_decision.innerText').startswith('reachable: the robot, ')
+    assert page.evaluate('plots.offsetTop + plots.offsetHeight - form.offsetTop') < 720, (
+        'the plots are visible on a small screen')
 
 
 def test_an_unreachable_brick_is_refused_with_the_reason(page):

@@ -331,6 +331,7 @@ def test_every_link_is_drawn_at_its_transform(position, yaw, pitch):
     bench = PageBench()
     bench.page.on_description(String(data=ROBOT))
     assert bench.draw() == {'robot/base_link': ORIGIN}, 'a robot alone is drawn in its root frame'
+    assert not bench.scene.keep_in_view.call_args.args[1], 'the arena is unknown'
     bench.send_transform('world', 'brick', (7.0, 8.0, 9.0))
     assert bench.draw() == {}, 'the pose of the robot in the world is unknown'
     bench.send_transform('base_link', 'platform', (0.0, 0.0, 2.0), from_pitch(pitch))
@@ -344,6 +345,7 @@ def test_every_link_is_drawn_at_its_transform(position, yaw, pitch):
         (cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), -sin(pitch)), abs=1e-9)
     assert bench.last_argument(bench.scene.keep_in_view) == [
         *(pose.position for pose in poses.values()), (7.0, 8.0, 9.0), (7.0, 8.0, 0.0)]
+    assert bench.scene.keep_in_view.call_args.args[1], 'the arena is known'
 
 
 def test_settings_are_read_from_the_configuration_files():

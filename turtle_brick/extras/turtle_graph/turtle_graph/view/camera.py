@@ -42,17 +42,19 @@ FREE_FRACTION = 0.4
 NARROW_CORRECTION = (0.0, 0.0, -0.8)
 """Vector added to the view direction in narrow pictures so that the camera looks down steeply."""
 
-ZOOM_FRACTION = 1.0 / 60.0
+ZOOM_FRACTION = 1.0 / 40.0
 """Fraction of the remaining distance that a camera covers in one update as it moves closer."""
 
 
 class View(NamedTuple):
-    """A camera direction, and optional points that must stay in view."""
+    """A camera direction, and the points that must stay in view."""
 
     direction: Vector
     """View direction (not vertical) in the world frame."""
     fixed_points: Sequence[Vector] = ()
-    """Points (m) to keep visible. Without points, the camera follows the robot and the brick."""
+    """Points (m) in the arena to keep visible."""
+    follows: bool = True
+    """Whether the camera also keeps the robot and the brick visible."""
 
     def camera_pose(self, points: Sequence[Vector], aspect: float,
                     previous: Vector | None = None) -> tuple[Vector, Vector]:
@@ -91,11 +93,16 @@ class View(NamedTuple):
         return tuple(position), tuple(target)
 
 
+CORNERS = [(x, y, 0.0) for x in (0.0, ARENA_SIZE) for y in (0.0, ARENA_SIZE)]
+"""Corners (m) of the arena."""
+
+ARENA_VIEW = View((-3.0, 16.0, -7.0), CORNERS)
+"""View of the whole arena, the robot and the brick, from the same direction as on the website."""
+
 NEAR_VIEW = View((1.0, 2.0, -0.5))
 """View of the robot and the brick from the side and from slightly above."""
 
-TOP_VIEW = View((0.0, 1e-3, -1.0), [
-    (x, y, 0.0) for x in (0.0, ARENA_SIZE) for y in (0.0, ARENA_SIZE)])
+TOP_VIEW = View((0.0, 1e-3, -1.0), CORNERS, follows=False)
 """View of the whole arena from above, as in the turtlesim window."""
 
 

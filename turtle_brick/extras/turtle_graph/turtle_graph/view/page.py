@@ -125,7 +125,7 @@ class Page:
         for kind in self._robot.skipped:
             self._warn_once(f'The page cannot draw <{kind}> in robot_description')
 
-    def on_transforms(self, is_static: bool, message: TFMessage) -> None:
+    def on_transforms(self, is_static: bool, message: TFMessage, info: Any = None) -> None:
         """
         Store all transforms with a valid position, time and child frame.
 
@@ -134,7 +134,7 @@ class Page:
         for transform in message.transforms:
             child = transform.child_frame_id.lstrip('/')
             if child == BRICK:
-                self.record_arrival(BRICK_TF)
+                self.record_arrival(BRICK_TF, None, info)
             if is_static:
                 self._store(child, transform, True)
             else:
@@ -183,9 +183,10 @@ class Page:
         if is_drawable(angle):
             self._tilt = angle
 
-    def record_arrival(self, name: str, *_: object) -> None:
-        """Record the arrival time of a message under a name from RATE_NAMES."""
-        self._arrivals[name].append(self._clock() / NS_PER_SECOND)
+    def record_arrival(self, name: str, _: object = None, info: Any = None) -> None:
+        """Record the arrival time of a message, from its MessageInfo, under one of RATE_NAMES."""
+        age = time_ns() - info['received_timestamp'] if info else 0
+        self._arrivals[name].append((self._clock() - age) / NS_PER_SECOND)
 
     def toggle_replay(self, speed: float) -> None:
         """Start replaying the last drop at a given speed (1 for real time), or stop the replay."""
@@ -215,7 +216,7 @@ class Page:
         self._replay.record(live, self._texts['brick_state'])
         shown = self._replay.snapshot(now) or live
         self._scene.show(shown.objects)
-        self._scene.keep_in_view(shown.points)
+        self._scene.keep_in_view(shown.points, self._fixed_frame == WORLD)
         if now >= self._next_panel_update:
             self._next_panel_update = max(self._next_panel_update + PANEL_PERIOD_NS, now)
             self._update_panel(now, shown is live)

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy
 from turtle_graph.client.geometry import ARENA_SIZE, Vector
-from turtle_graph.view.camera import ground_point, NEAR_VIEW, TOP_VIEW
+from turtle_graph.view.camera import ARENA_VIEW, ground_point, NEAR_VIEW, TOP_VIEW
 from turtle_graph.view.scene import Scene
 import viser
 
@@ -42,7 +42,7 @@ CURVES = (('height (m)', '#e8590c'), ('distance (m)', '#1971c2'), ('speed (m/s)'
 REPLAY_SPEEDS = {'Replay': 1.0, 'Replay at 1/8': 0.125}
 """Playback speed for each replay button, relative to real time."""
 
-VIEWS = {'Near': NEAR_VIEW, 'From above': TOP_VIEW}
+VIEWS = {'Arena': ARENA_VIEW, 'Near': NEAR_VIEW, 'From above': TOP_VIEW}
 """View for each camera button."""
 
 RANDOM_RANGES = ((0.5, ARENA_SIZE - 0.5), (0.5, ARENA_SIZE - 0.5), (3.0, 9.0))
@@ -98,8 +98,8 @@ class Panel:
         with gui.add_folder('Last 12 seconds') as self.plot_folder:
             self.plot = gui.add_uplot(
                 tuple(numpy.zeros((1 + len(CURVES), 1))), self._series,
-                scales={'x': {'time': False}}, legend={'live': False}, height=140,
-                padding=(8, 16, 0, 0))
+                scales={'x': {'time': False, 'range': (-12.0, 0.0)}}, legend={'live': False},
+                height=140, padding=(8, 16, 0, 0))
 
     def suggest_position(self, position: Vector) -> None:
         """Write a position (m) into the input field unless a user has changed the field."""

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy
 from turtle_graph.client.geometry import CENTER, Vector
-from turtle_graph.view.camera import FIELD_OF_VIEW, NEAR_VIEW, View
+from turtle_graph.view.camera import ARENA_VIEW, CORNERS, FIELD_OF_VIEW, View
 from turtle_graph.view.shapes import Pose, SceneObject, Shape
 import viser
 
@@ -31,7 +31,7 @@ GRID_COLOR = (196, 201, 194)
 SKY_COLOR = (214, 228, 242)
 """Colors (0 to 255) of the ground, its grid (one line per meter) and the sky."""
 
-INITIAL_POSE = NEAR_VIEW.camera_pose([(*CENTER, height) for height in (0.0, 8.0)], 1.0)
+INITIAL_POSE = ARENA_VIEW.camera_pose([*CORNERS, (*CENTER, 8.0)], 1.0)
 """Position (m) of a new camera and the point (m) at the center of its picture."""
 
 POSITION_TOLERANCE = 1e-3
@@ -49,7 +49,7 @@ class BrowserCamera:
     def __init__(self, client: viser.ClientHandle) -> None:
         self._camera = client.camera
         self._camera.on_update(self._on_update)
-        self.set_view(NEAR_VIEW)
+        self.set_view(ARENA_VIEW)
 
     def set_view(self, view: View) -> None:
         """Start following a view."""
@@ -57,14 +57,17 @@ class BrowserCamera:
         self._requested: deque[Vector] = deque(maxlen=300)
         self._is_following = False
 
-    def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Move the camera to show the view's fixed points or, if there are none, `points` (m)."""
-        if self._view is None or not (points or self._view.fixed_points):
+    def keep_in_view(self, points: Sequence[Vector], has_arena: bool) -> None:
+        """Move the camera to show `points` (m) and the points in the arena if the view has any."""
+        if self._view is None:
+            return
+        fixed = self._view.fixed_points if has_arena else ()
+        visible = [*fixed, *points] if self._view.follows or not fixed else fixed
+        if not visible:
             return
         previous = self._requested[-1] if self._requested else None
         aspect = self._camera.image_width / max(self._camera.image_height, 1)
-        position, target = self._view.camera_pose(
-            self._view.fixed_points or points, aspect, previous)
+        position, target = self._view.camera_pose(visible, aspect, previous)
         if previous is None or dist(previous, position) > POSITION_TOLERANCE:
             self._camera.position, self._camera.look_at = position, target
             self._requested.append(position)
@@ -73,7 +76,7 @@ class BrowserCamera:
         """Stop adjusting the camera if the browser reports a position that was not requested."""
         if dist(camera.position, INITIAL_POSE[0]) < POSITION_TOLERANCE:
             # The user has reset the camera, or a narrow page has reset it after loading.
-            self.set_view(NEAR_VIEW)
+            self.set_view(ARENA_VIEW)
             return
         is_following = any(dist(camera.position, position) < POSITION_TOLERANCE
                            for position in self._requested)
@@ -122,12 +125,12 @@ class Scene:
         """Set the view in one browser."""
         self._cameras[client.client_id].set_view(view)
 
-    def keep_in_view(self, points: Sequence[Vector]) -> None:
-        """Update the cameras of all browsers."""
+    def keep_in_view(self, points: Sequence[Vector], has_arena: bool) -> None:
+        """Update the cameras of all browsers. Without an arena, they show only `points` (m)."""
         self._cameras = {number: self._cameras.get(number) or BrowserCamera(client)
                          for number, client in self._get_clients().items()}
         for camera in self._cameras.values():
-            camera.keep_in_view(points)
+            camera.keep_in_view(points, has_arena)
 
     def _add(self, scene_object: SceneObject) -> Any:
         # A new scene node that reuses a removed node's name can keep the old orientation.

@@ -146,7 +146,7 @@ class Viewer(Node):
         # With best-effort QoS, publishers do not wait for the viewer.
         subscribe = partial(streams.subscribe, qos=subscription_qos(latched=False, reliable=False))
         subscribe(TFMessage, self.resolve_topic_name('/tf'),
-                  lambda message, _: self.page.on_transforms(False, message))
+                  partial(self.page.on_transforms, False))
         # The launch files remap cmd_vel to turtle1/cmd_vel.
         for message_type, topic, name in (
                 (Twist, 'cmd_vel', 'cmd_vel'), (Twist, 'turtle1/cmd_vel', 'cmd_vel'),
