@@ -117,6 +117,9 @@ SHARED_FILES = {'turtlesim': ('turtle_brick/core/turtlesim_arena.py',
                               'turtle_brick/core/turtlesim_kinematics.py')}
 """Source files of the package turtle_brick that a stand-in also installs."""
 
+REPLACED = {'absent_packages': 'rclcpp'}
+"""Package that a stand-in replaces, if the stand-in has another name."""
+
 COMPILERS = (('C compiler', ('cc', 'gcc', 'clang'), 'build-essential'),
              ('C++ compiler', ('c++', 'g++', 'clang++'), 'build-essential'))
 BUILD_TOOLS = (('build tool', ('colcon',), 'python3-colcon-common-extensions'),
@@ -323,7 +326,7 @@ def standins(prefixes: list[str], complete: bool) -> dict[str, Path]:
     folders = {manifest.parent.name: manifest.parent
                for manifest in sorted(EXTRAS.glob('standins/*/package.xml'))}
     return {name: folder for name, folder in folders.items()
-            if not find_prefix(name, prefixes)
+            if not find_prefix(REPLACED.get(name, name), prefixes)
             and (complete or name not in LATER or (ENVIRONMENT / 'standins' / name).is_dir())}
 
 

@@ -18,9 +18,9 @@ The callbacks of TransformListener run in the executor of its node. The README f
 lists missing features.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -37,6 +37,7 @@ __all__ = [
     'Buffer', 'BufferCore', 'ConnectivityException', 'ExtrapolationException',
     'InvalidArgumentException', 'LookupException', 'StaticTransformBroadcaster',
     'TimeoutException', 'TransformBroadcaster', 'TransformException', 'TransformListener',
+    'TransformRegistration', 'TypeException',
 ]
 
 for name in ('buffer', 'buffer_client', 'buffer_interface', 'static_transform_broadcaster',
@@ -52,6 +53,24 @@ def missing(name: str) -> str:
 
 def __getattr__(name: str) -> NoReturn:
     raise (ImportError if name[:1].isupper() else AttributeError)(missing(name))
+
+
+class TypeException(Exception):
+    """Raised for a message type that no imported module can transform."""
+
+
+class TransformRegistration:
+    """The functions that transform stamped messages, keyed by message type."""
+
+    _functions: dict[type, Callable[[Any, TransformStamped], Any]] = {}
+
+    def add(self, key: type, callback: Callable[[Any, TransformStamped], Any]) -> None:
+        self._functions[key] = callback
+
+    def get(self, key: type) -> Callable[[Any, TransformStamped], Any]:
+        if key not in self._functions:
+            raise TypeException(f'Type {key} is not loaded or supported')
+        return self._functions[key]
 
 
 class Buffer(BufferCore):
@@ -77,6 +96,22 @@ class Buffer(BufferCore):
         if timeout.nanoseconds:
             self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
+
+    def transform(self, object_stamped: Any, target_frame: str, timeout: Duration = Duration(),
+                  new_type: type | None = None) -> Any:
+        """
+        Return a stamped message in the target frame.
+
+        :raises TypeException: if no imported module, such as tf2_geometry_msgs, has registered the
+            message type
+        :raises TransformException: if the transform is unavailable
+        """
+        function = TransformRegistration().get(type(object_stamped))
+        if new_type not in (None, type(object_stamped)):
+            raise TypeException(missing('A new_type that differs from the type of the message'))
+        header = object_stamped.header
+        return function(object_stamped, self.lookup_transform(
+            target_frame, header.frame_id, header.stamp, timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: AnyTime,
                       timeout: Duration = Duration(), return_debug_tuple: bool = False
