@@ -42,6 +42,7 @@ import json
 import os
 from pathlib import Path
 import platform
+import pwd
 import re
 import shlex
 import shutil
@@ -481,6 +482,19 @@ def make_environment(kind: str, content: str) -> None:
             report(f'turtle_brick: {error} All other packages are ready.')
 
 
+def owner_hint() -> str:
+    """Return a sentence that names the owner of the workspace, or '' if it is the current user."""
+    owner = TOP.stat().st_uid
+    if owner == os.geteuid():
+        return ''
+    try:
+        name = pwd.getpwuid(owner).pw_name
+    except KeyError:
+        name = f'the user with the ID {owner}'
+    return (f' {TOP} belongs to {name}. Copy the workspace without the .ros folder to a folder of '
+            'your own, and source env.bash there.')
+
+
 def main() -> int:
     """Make the environment and return the exit status."""
     for number in (signal.SIGTERM, signal.SIGHUP):
@@ -493,7 +507,7 @@ def main() -> int:
     except KeyboardInterrupt:
         report('turtle_brick: The build was interrupted. Source env.bash again.')
     except OSError as error:
-        report(f'turtle_brick: The workspace cannot be built: {error}.')
+        report(f'turtle_brick: The workspace cannot be built: {error}.{owner_hint()}')
     else:
         return 0
     return 1

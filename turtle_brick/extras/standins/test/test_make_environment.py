@@ -346,6 +346,18 @@ def test_a_second_process_waits_for_the_first(top, waiting):
     assert not (top / '.ros').exists()
 
 
+def test_the_owner_of_a_workspace_that_cannot_be_built_is_named(program, monkeypatch, capsys):
+    program.ENVIRONMENT.write_text('not a folder')
+    monkeypatch.setattr(sys, 'argv', ['', 'native', 'ros'])
+    monkeypatch.setattr(program, 'standins', lambda prefixes: {'tf2_ros': program.TOP})
+    assert program.main() == 1
+    assert capsys.readouterr().err.endswith(".ros'.\n")
+    monkeypatch.setattr(os, 'geteuid', lambda: program.TOP.stat().st_uid + 1)
+    assert program.main() == 1
+    sentence = capsys.readouterr().err
+    assert f'{program.TOP} belongs to {program.TOP.owner()}. Copy the workspace' in sentence
+
+
 @pytest.mark.parametrize('lines, summary, status', [
     ([], '0 passed, 0 failed, 0 skipped', 1),
     (['a b/pytest.xml: 5 tests, 0 errors, 0 failures, 2 skipped',
