@@ -131,8 +131,13 @@ _turtle_brick_set_up() {
     export TURTLE_BRICK_ENVIRONMENT=$environment
     packages=" and the packages in $environment"
     # Report errors in the parameter file before any node starts.
-    { python3 -m turtle_brick_tools.check_parameters "${scripts%/*}/config/turtle.yaml" &&
-      xacro "${scripts%/*}/urdf/turtle.urdf.xacro" >/dev/null; } </dev/null || status=1
+    local problem folder=${scripts%/*}
+    python3 -m turtle_brick_tools.check_parameters "$folder/config/turtle.yaml" </dev/null || status=1
+    if ((status == 0)) && ! problem=$(xacro "$folder/urdf/turtle.urdf.xacro" \
+        "params_file:=$folder/config/turtle.yaml" 2>&1 >/dev/null </dev/null); then
+      echo "turtle_brick: ${problem%%when evaluating*}" >&2
+      status=1
+    fi
   fi
 
   if [[ $- == *i* ]]; then
