@@ -14,8 +14,8 @@
 """Show the turtle robot without a simulation."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.conditions import IfCondition
+from launch.actions import DeclareLaunchArgument, GroupAction
+from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import (Command, EqualsSubstitution, LaunchConfiguration,
                                   PathJoinSubstitution)
 from launch_ros.actions import Node, PushRosNamespace, SetRemap
@@ -39,10 +39,15 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'namespace', default_value='',
             description='The namespace of all nodes, topics and services, including TF.'),
-        # The following three settings also apply to the nodes in the files that include this file.
-        PushRosNamespace(LaunchConfiguration('namespace')),
-        SetRemap('/tf', 'tf'),
-        SetRemap('/tf_static', 'tf_static'),
+        # The following settings also apply to the nodes in the files that include this file.
+        GroupAction(
+            scoped=False,
+            condition=UnlessCondition(EqualsSubstitution(LaunchConfiguration('namespace'), '')),
+            actions=[
+                PushRosNamespace(LaunchConfiguration('namespace')),
+                SetRemap('/tf', 'tf'),
+                SetRemap('/tf_static', 'tf_static'),
+            ]),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
