@@ -46,7 +46,7 @@ _PI = 3.14159265
 _TWO_PI = 2.0 * _PI
 
 
-def _normalize(angle: float) -> float:
+def normalize(angle: float) -> float:
     """Return an angle (rad) reduced to [-pi, pi), or NaN if the angle is not finite."""
     try:
         return angle - _TWO_PI * math.floor((angle + _PI) / _TWO_PI)
@@ -90,7 +90,7 @@ class Turtle:
         if now - self._commanded_at > COMMAND_TIMEOUT:
             self._linear_x = self._linear_y = self._angular = 0.0
         linear_x, linear_y = self._linear_x, self._linear_y
-        theta = _normalize(self._theta + self._angular * TICK)
+        theta = normalize(self._theta + self._angular * TICK)
         cos = math.cos(theta)
         sin = math.sin(theta)
         x = self._x + (cos * linear_x * TICK - sin * linear_y * TICK)

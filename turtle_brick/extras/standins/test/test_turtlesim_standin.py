@@ -16,7 +16,7 @@
 from bisect import bisect_left, bisect_right
 from itertools import pairwise, product
 import json
-from math import inf, nan, pi
+from math import ceil, inf, nan, pi
 import os
 from pathlib import Path
 import pickle
@@ -27,10 +27,12 @@ import subprocess
 import termios
 from typing import NamedTuple
 
+from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist, Vector3
 from live_graph import graph, process, TIMEOUT
 import pytest
 from rcl_interfaces.srv import SetParameters
+from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_srvs.srv import Empty
@@ -38,9 +40,10 @@ from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TIC
 from turtle_brick_tools.graph import executable
 from turtle_graph.client.domains import reserved_domain
 from turtle_graph.client.record import message_rate
+from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
-from turtlesim_standin.simulator import TurtleSim
+from turtlesim_standin.simulator import HEADING_TOLERANCE, SimulatedTurtle, TurtleSim
 
 RECORDINGS = sorted((Path(__file__).parent / 'data' / 'turtlesim').glob('*.json'))
 assert len(RECORDINGS) == 14, '7 scenarios with services, each with the turtle holonomic and not'
@@ -135,6 +138,56 @@ def test_teleport_services_move_turtle_at_once(live, turtlesim, poses):
                               r'x=20\.000000, y=8\.088889\]\)', TIMEOUT)
 
 
+@pytest.fixture
+def rotate(live, poses):
+    """Return a function that sends a rotation goal, and a function that returns its outcome."""
+    client = ActionClient(live.listener, RotateAbsolute, 'turtle1/rotate_absolute')
+    live.wait_for(client.server_is_ready, TIMEOUT, 'the action')
+
+    def get(future):
+        live.wait_for(future.done, TIMEOUT, 'the response')
+        return future.result()
+
+    def outcome(goal):
+        response = get(goal.get_result_async())
+        return response.status, response.result.delta
+
+    yield lambda theta, feedback=None: get(client.send_goal_async(
+        RotateAbsolute.Goal(theta=theta), feedback)), outcome, get
+    client.destroy()
+
+
+def test_rotation_reports_its_progress_and_ends_at_the_goal(poses, rotate):
+    send, outcome, _ = rotate
+    remaining = []
+    status, delta = outcome(send(-0.5, lambda message: remaining.append(
+        message.feedback.remaining)))
+    assert status == GoalStatus.STATUS_SUCCEEDED
+    assert delta == pytest.approx(0.5, abs=0.021)
+    assert remaining == sorted(remaining)
+    assert remaining[0] == pytest.approx(-0.5, abs=0.1)
+    assert remaining[-1] == pytest.approx(0.0, abs=0.02)
+    assert poses.last.theta == pytest.approx(-0.5, abs=0.021)
+
+
+def test_rotation_ends_when_canceled_replaced_or_overridden(live, turtlesim, poses, rotate):
+    send, outcome, get = rotate
+    goal = send(3.0)
+    wait_for_pose(live, poses, lambda pose: pose.theta > 0.1, 'the rotation')
+    get(goal.cancel_goal_async())
+    status, delta = outcome(goal)
+    assert status == GoalStatus.STATUS_CANCELED
+    assert -3.0 < delta < -0.08
+    wait_for_pose(live, poses, lambda pose: pose.angular_velocity == 0.0, 'the end')
+    first, second = send(3.0), send(-3.0)
+    assert outcome(first)[0] == GoalStatus.STATUS_ABORTED
+    live.publisher('turtle1/cmd_vel', Twist).publish(Twist(linear=Vector3(x=1.0)))
+    assert outcome(second)[0] == GoalStatus.STATUS_ABORTED
+    for message in ('Rotation goal canceled', 'Rotation goal received before a previous goal',
+                    'Velocity command received during rotation goal. Aborting goal'):
+        turtlesim.wait_for_output(message, TIMEOUT)
+
+
 def test_turtles_are_spawned_and_killed(live, turtlesim, poses):
     def spawn(name):
         return live.call('spawn', Spawn, Spawn.Request(x=2.0, y=3.0, theta=0.5, name=name)).name
@@ -175,7 +228,7 @@ def test_mimic_copies_the_velocities_of_draw_square(live, poses):
             assert poses.last.x > ARENA_CENTER + 1.8
 
 
-def test_arrow_keys_drive_the_turtle_until_q_is_pressed(live, poses):
+def test_keys_drive_and_turn_the_turtle_until_q_is_pressed(live, poses):
     keyboard, terminal = os.openpty()
     before = termios.tcgetattr(terminal)
     with subprocess.Popen(
@@ -185,6 +238,13 @@ def test_arrow_keys_drive_the_turtle_until_q_is_pressed(live, poses):
             for key, velocity in ((b'\x1b[A', (2.0, 0.0)), (b'x\x1b[D', (0.0, 2.0))):
                 live.wait_for(lambda: os.write(keyboard, key) and velocity == (
                     poses.last.linear_velocity, poses.last.angular_velocity), TIMEOUT, 'motion')
+            os.write(keyboard, b'r')
+            wait_for_pose(live, poses, lambda pose: abs(pose.theta - pi / 2) < 0.021, 'the turn')
+            os.write(keyboard, b'v')
+            wait_for_pose(live, poses, lambda pose: pose.theta < 1.0, 'the turn to the right')
+            live.wait_for(lambda: os.write(keyboard, b'f') and poses.last.angular_velocity == 0.0,
+                          TIMEOUT, 'the end of the rotation')
+            assert poses.last.theta > -pi / 2 + 0.1
             os.write(keyboard, b'q')
             assert program.wait(TIMEOUT) == 0
         finally:
@@ -214,6 +274,34 @@ def test_teleports_end_inside_the_arena_or_with_invalid_numbers(value):
         assert len(sim.tick(2 * TICK)['turtle1']) == 5
     sim.reset()
     assert sim.tick(3 * TICK)['turtle1'][:2] == (ARENA_CENTER, ARENA_CENTER)
+
+
+@pytest.mark.parametrize('start, goal, rotation', [
+    (0.0, 1.5, 1.5), (0.5, -1.0, -1.5), (3.0, -3.0, 2 * pi - 6.0), (1.0, 1.0 + 4 * pi, 0.0)])
+def test_turtle_turns_to_its_goal_heading_the_shorter_way(start, goal, rotation) -> None:
+    """The turtle turns at 1 rad/s, also at a wall, and stops within 0.02 rad of the goal."""
+    turtle = SimulatedTurtle(0.0, ARENA_CENTER, start, holonomic=False, now=0.0)
+    turtle.command(-1.0, 0.0, 0.0)
+    turtle.tick(0.0)
+    turtle.rotate_to(goal)
+    poses = [turtle.tick(0.0) for _ in range(100)]
+    turning = [pose for pose in poses if pose.angular_velocity]
+    assert turtle.reached and turtle.goal is None
+    assert len(turning) == max(0, ceil((abs(rotation) - HEADING_TOLERANCE) / TICK))
+    assert {(pose.linear_velocity, pose.angular_velocity * rotation > 0.0)
+            for pose in turning} <= {(0.0, True)}
+    assert poses[-1][3:] == (0.0, 0.0)
+    assert turtle.delta == pytest.approx(-rotation, abs=HEADING_TOLERANCE)
+    assert turtle.remaining == pytest.approx(rotation + turtle.delta, abs=1e-5)
+
+
+def test_velocity_command_removes_the_goal_heading() -> None:
+    turtle = SimulatedTurtle(holonomic=False, now=0.0)
+    turtle.rotate_to(1.0)
+    turtle.tick(0.0)
+    turtle.command(2.0, 0.0, 0.0)
+    assert turtle.tick(TICK)[3:] == (2.0, 0.0)
+    assert turtle.goal is None and not turtle.reached
 
 
 class Call(NamedTuple):

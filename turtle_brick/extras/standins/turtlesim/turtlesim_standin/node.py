@@ -28,6 +28,10 @@ Provides these services for each turtle:
     <turtle>/teleport_relative (turtlesim/srv/TeleportRelative): turn and then jump forward
     <turtle>/set_pen (turtlesim/srv/SetPen): log a warning only
 
+Provides this action for each turtle:
+    <turtle>/rotate_absolute (turtlesim/action/RotateAbsolute): turn to a heading. A new goal or a
+        velocity command aborts the previous goal.
+
 Provides these other services:
     spawn (turtlesim/srv/Spawn): add a turtle
     kill (turtlesim/srv/Kill): remove a turtle
@@ -44,18 +48,22 @@ from typing import Any
 
 from geometry_msgs.msg import Twist
 from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
 from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.task import Future
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
+from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
-from turtlesim_standin.simulator import TurtleSim
+from turtlesim_standin.simulator import SimulatedTurtle, TurtleSim
 from turtlesim_standin.turtlesim_arena import TICK, TurtlePose
-from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH, Turtle
+from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH
 
 
 def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
@@ -68,10 +76,13 @@ def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], An
 
 
 class TurtleTopics:
-    """The topics and services of one turtle."""
+    """The topics, services and the action of one turtle."""
 
-    def __init__(self, node: Node, name: str, turtle: Turtle) -> None:
+    def __init__(self, node: Node, name: str, turtle: SimulatedTurtle) -> None:
         self._node = node
+        self._turtle = turtle
+        self._goal: ServerGoalHandle | None = None
+        self._result: Future
         qos = QoSProfile(depth=QUEUE_DEPTH)
         # Event callbacks are disabled because destroying them may crash the EventsExecutor
         # (https://github.com/ros2/rclpy/issues/1644).
@@ -91,10 +102,53 @@ class TurtleTopics:
                 lambda _: node.get_logger().warning('this stand-in for turtlesim has no pen'))),
         ]
 
+        self._action = ActionServer(
+            node, RotateAbsolute, f'{name}/rotate_absolute', self._execute,
+            handle_accepted_callback=self._accept, cancel_callback=lambda _: CancelResponse.ACCEPT)
+
+    def _accept(self, goal: ServerGoalHandle) -> None:
+        if self._goal is not None:
+            self._node.get_logger().warning('Rotation goal received before a previous goal '
+                                            'finished. Aborting previous goal')
+            self._finish(self._goal.abort)
+        self._goal = goal
+        self._result = Future()
+        self._turtle.rotate_to(goal.request.theta)
+        goal.execute()
+
+    async def _execute(self, _: ServerGoalHandle) -> RotateAbsolute.Result:
+        return await self._result
+
+    def _finish(self, end: Callable[[], None]) -> None:
+        end()
+        self._goal = None
+        self._result.set_result(RotateAbsolute.Result(delta=self._turtle.delta))
+
+    def cancel_goal_if_requested(self) -> None:
+        """End a canceled rotation. This is called before every tick."""
+        if self._goal is not None and self._goal.is_cancel_requested:
+            self._node.get_logger().info('Rotation goal canceled')
+            self._turtle.stop()
+            self._finish(self._goal.canceled)
+
     def publish(self, pose: TurtlePose) -> None:
+        """Publish the pose and report the progress of a rotation after a tick."""
         self._publisher.publish(Pose(**pose._asdict()))
+        if self._goal is None:
+            return
+        if self._turtle.goal is None and not self._turtle.reached:
+            self._node.get_logger().warning(
+                'Velocity command received during rotation goal. Aborting goal')
+            return self._finish(self._goal.abort)
+        self._goal.publish_feedback(RotateAbsolute.Feedback(remaining=self._turtle.remaining))
+        if self._turtle.reached:
+            self._node.get_logger().info('Rotation goal completed successfully')
+            self._finish(self._goal.succeed)
 
     def close(self) -> None:
+        if self._goal is not None:
+            self._finish(self._goal.abort)
+        self._action.destroy()
         self._node.destroy_publisher(self._publisher)
         self._node.destroy_subscription(self._subscription)
         for service in self._services:
@@ -131,6 +185,8 @@ class TurtleSimNode(Node):
         return self.get_clock().now().nanoseconds * 1e-9
 
     def _tick(self) -> None:
+        for topics in self._topics.values():
+            topics.cancel_goal_if_requested()
         for name, pose in self._sim.tick(self._now()).items():
             clamped = self._sim.turtles[name].clamped
             if clamped:

@@ -16,8 +16,9 @@ Stand-ins for the programs in turtlesim 1.8.2.
 
 mimic publishes the velocity from input/pose (turtlesim/msg/Pose) on output/cmd_vel.
 draw_square calls the reset service and then drives turtle1 along squares.
-turtle_teleop_key drives turtle1 with the arrow keys and has the parameters scale_linear (double,
-default: 2.0 m/s) and scale_angular (double, default: 2.0 rad/s).
+turtle_teleop_key drives turtle1 with the arrow keys and turns it to a heading with the keys around
+f, which cancels a rotation. It has the parameters scale_linear (double, default: 2.0 m/s) and
+scale_angular (double, default: 2.0 rad/s).
 """
 
 from itertools import cycle, repeat
@@ -30,16 +31,22 @@ import termios
 import tty
 
 from geometry_msgs.msg import Twist, Vector3
+from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Empty
 from turtle_graph.client.run_node import run_node
+from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Pose
 from turtlesim_standin.node import TurtleSimNode
 from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH
 
 ARROWS = {b'A': (1.0, 0.0), b'B': (-1.0, 0.0), b'C': (0.0, -1.0), b'D': (0.0, 1.0)}
 """Signs of the linear and angular velocities, keyed by the last byte of an arrow key code."""
+
+HEADINGS = {b'g': 0.0, b't': 0.7854, b'r': 1.5708, b'e': 2.3562, b'd': 3.1416, b'c': -2.3562,
+            b'v': -1.5708, b'b': -0.7854}
+"""Goal headings (rad), keyed by key. The position of a key relative to f is its direction."""
 
 
 class Program(Node):
@@ -81,7 +88,7 @@ class DrawSquare(Program):
 
 
 class TeleopKey(Program):
-    """Drives turtle1 with the arrow keys until the user presses q."""
+    """Drives and turns turtle1 with the keyboard until the user presses q."""
 
     def __init__(self) -> None:
         """Make the terminal deliver each key press without waiting for Enter."""
@@ -90,9 +97,12 @@ class TeleopKey(Program):
             self.declare_parameter(name, 2.0)
         if not sys.stdin.isatty():
             raise RuntimeError('turtle_teleop_key reads the keyboard: start it in a terminal')
+        self._client = ActionClient(self, RotateAbsolute, 'turtle1/rotate_absolute')
+        self._goal: Future | None = None
         self._terminal = termios.tcgetattr(sys.stdin)
         tty.setcbreak(sys.stdin)
-        print('Use the arrow keys to move the turtle, and q to quit.', flush=True)
+        print('Use the arrow keys to move the turtle. Use the keys g, t, r, e, d, c, v and b to turn '
+              'it to a heading, f to cancel this rotation, and q to quit.', flush=True)
         self.create_timer(0.02, self._on_timer)
 
     def _on_timer(self) -> None:
@@ -104,9 +114,11 @@ class TeleopKey(Program):
                 linear, angular = ARROWS[key]
                 self.drive(linear * self.get_parameter('scale_linear').value,
                            angular * self.get_parameter('scale_angular').value)
-            elif key in b'gbvcdertf':
-                self.get_logger().warning(
-                    'this stand-in for turtlesim does not support rotate_absolute')
+            elif key in HEADINGS:
+                self._goal = self._client.send_goal_async(
+                    RotateAbsolute.Goal(theta=HEADINGS[key]))
+            elif key == b'f' and self._goal is not None and self._goal.done():
+                self._goal.result().cancel_goal_async()
 
     def destroy_node(self) -> None:
         termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._terminal)

@@ -17,11 +17,14 @@
 import math
 
 from turtlesim_standin.turtlesim_arena import ARENA_CENTER, ARENA_SIZE, float32, TurtlePose
-from turtlesim_standin.turtlesim_kinematics import Turtle
+from turtlesim_standin.turtlesim_kinematics import normalize, Turtle
+
+HEADING_TOLERANCE = 0.02
+"""Remaining rotation (rad) at which a turtle has reached its goal heading."""
 
 
 class SimulatedTurtle(Turtle):
-    """A turtle that can be teleported, and that records whether it hit a wall."""
+    """A turtle that can be teleported and turned to a heading, and that detects walls."""
 
     def __init__(self, *pose: float, holonomic: bool, now: float) -> None:
         """Create a turtle at rest at a given pose (m, rad) and time (s)."""
@@ -29,6 +32,16 @@ class SimulatedTurtle(Turtle):
         self._teleports: list[tuple[bool, float, float, float]] = []
         self.clamped: tuple[float, float] | None = None
         """Unclamped position (m, y down) if the turtle hit a wall in the last tick, else None."""
+        self.goal: float | None = None
+        """Heading (rad) toward which the turtle turns, or None."""
+        self.reached = False
+        """Whether the turtle has reached its last goal heading."""
+        self.remaining = 0.0
+        """Rotation (rad) to the last goal heading."""
+        self.delta = 0.0
+        """Rotation (rad) back to the heading at which the last rotation began."""
+        self._start = 0.0
+        self._requested_goal: float | None = None
 
     def clamp(self, x: float, y_down: float) -> tuple[float, float]:
         """Stop the turtle at a wall and record the unclamped position."""
@@ -44,10 +57,42 @@ class SimulatedTurtle(Turtle):
         """Request a turn (rad) and then a jump (m) along the new heading at the next tick."""
         self._teleports.append((True, float32(linear), 0.0, float32(angular)))
 
+    def rotate_to(self, theta: float) -> None:
+        """Request a rotation at 1 rad/s to a heading (rad), beginning at the next tick."""
+        self._requested_goal, self.reached = theta, False
+
+    def stop(self) -> None:
+        """Set the velocities to zero and remove the goal heading."""
+        self._linear_x = self._linear_y = self._angular = 0.0
+        self.goal = self._requested_goal = None
+
+    def take_command(self, now: float) -> None:
+        """Take the oldest velocity command, if there is one, which removes the goal heading."""
+        if self._queue:
+            self.goal = None
+        super().take_command(now)
+
     def update(self, now: float) -> TurtlePose:
         """Execute all requested teleports, then move the turtle, and return the new pose."""
+        if self._requested_goal is not None:
+            self.goal, self._requested_goal = self._requested_goal, None
+            self._start, self.delta = self._theta, 0.0
         self._teleport()
+        if self.goal is not None:
+            self._turn_to_goal(self.goal, now)
         return super().update(now)
+
+    def _turn_to_goal(self, goal: float, now: float) -> None:
+        goal = normalize(goal)
+        self.remaining = float32(normalize(goal - float32(self._theta)))
+        self.delta = float32(normalize(float32(self._start - self._theta)))
+        self.reached = abs(normalize(float32(self._theta) - goal)) < HEADING_TOLERANCE
+        if self.reached:
+            self.stop()
+        else:
+            self._linear_x = self._linear_y = 0.0
+            self._angular = -1.0 if self.remaining < 0.0 else 1.0
+            self._commanded_at = now
 
     def _teleport(self) -> None:
         for relative, x_or_linear, y, theta in self._teleports:
