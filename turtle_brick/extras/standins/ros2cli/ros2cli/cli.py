@@ -132,15 +132,12 @@ def leave_graph(status):
         sys.modules['ros2cli.graph'].leave(status)
 
 
-def interrupt(number, _):
-    raise KeyboardInterrupt(int(number))
-
-
 def main():
     """Run the verb given on the command line and exit with its status."""
-    # A background job in a shell script ignores SIGINT unless the job sets a handler.
-    signal.signal(signal.SIGTERM, interrupt)
-    signal.signal(signal.SIGINT, interrupt)
+    # Signals end the process without an exception, which Python may ignore during an import, until
+    # the verb has joined the graph. A background job in a shell script ignores SIGINT by default.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
     try:
         args = parse(sys.argv[1:])
         if not args.use_python_default_buffering:
@@ -158,6 +155,7 @@ def main():
         # Print only the last lines of the traceback that the real command prints.
         status = ''.join(traceback.format_exception_only(type(error), error)).rstrip()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if isinstance(status, str):
         print(status, file=sys.stderr)
         status = 1

@@ -92,7 +92,12 @@ class GraphNode(Node):
     def _spin_once(self):
         self._executor.spin_once(timeout_sec=SPIN_TIME)
         if _signals:
-            raise KeyboardInterrupt(_signals[0])
+            raise KeyboardInterrupt(_signals.pop(0))
+
+    def result(self, future):
+        """Spin until a future is done, and return its result."""
+        self.spin_until(future.done)
+        return future.result()
 
     def discover(self, found=None):
         """Spin until the graph (or found(self), if `found` is given) no longer changes."""
@@ -239,21 +244,52 @@ def action_types(graph, hidden):
 
 action_list = partial(print_names, action_types)
 service_find = service_list = partial(print_names, GraphNode.service_types)
-topic_find = topic_list = partial(print_names, GraphNode.topic_types)
+topic_find = partial(print_names, GraphNode.topic_types)
+
+
+def topic_list(args):
+    if args.count or not args.verbose:
+        return topic_find(args)
+    with open_graph() as graph:
+        for heading, end, get_count in (('Published', 'publisher', graph.count_publishers),
+                                        ('Subscribed', 'subscriber', graph.count_subscribers)):
+            print(f'{heading} topics:')
+            for name, types in graph.topic_types(args.hidden).items():
+                if count := get_count(name):
+                    print(f' * {name} [{", ".join(types)}] {count} {end}{"s" * (count > 1)}')
+            print()
 
 
 def print_type(get_types, option, args):
     """Print the types of a topic or service, and return 1 if there are none."""
-    name = getattr(args, option)
-    with open_graph(lambda graph: get_types(graph).get(name)) as graph:
-        types = get_types(graph, args.hidden).get(name, ())
+    name, hidden = getattr(args, option), getattr(args, 'hidden', False)
+    with open_graph(lambda graph: get_types(graph, True).get(name)) as graph:
+        types = get_types(graph, hidden).get(name, ())
     for each in types:
         print(each)
     return 0 if types else 1
 
 
+action_type = partial(print_type, action_types, 'action_name')
 service_type = partial(print_type, GraphNode.service_types, 'service_name')
 topic_type = partial(print_type, GraphNode.topic_types, 'topic_name')
+
+
+def action_info(args):
+    from rclpy import action  # This import is slow.
+
+    print(f'Action: {args.action_name}')
+    with open_graph(lambda graph: args.action_name in action_types(graph, True)) as graph:
+        for heading, get_types in (
+                ('clients', action.get_action_client_names_and_types_by_node),
+                ('servers', action.get_action_server_names_and_types_by_node)):
+            found = [(f'{namespace.rstrip("/")}/{name}', types)
+                     for name, namespace in graph.get_node_names_and_namespaces()
+                     for action_name, types in get_types(graph, name, namespace)
+                     if action_name == args.action_name]
+            print(f'Action {heading}: {len(found)}')
+            for node, types in () if args.count else found:
+                print(f'    {node} [{", ".join(types)}]' if args.show_types else f'    {node}')
 
 
 def service_info(args):
@@ -373,6 +409,11 @@ def param_set(args):
     value = ros_parameter.get_parameter_value(string_value=args.value)
     set_parameters(args, [Parameter(name=args.parameter_name, value=value)],
                    'Set parameter successful', 'Setting parameter failed')
+
+
+def param_delete(args):
+    set_parameters(args, [Parameter(name=args.parameter_name)],
+                   'Deleted parameter successfully', 'Deleting parameter failed')
 
 
 def param_load(args):

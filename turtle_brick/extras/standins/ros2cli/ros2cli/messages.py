@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Verbs that send or receive messages, such as `service call`, `topic echo` and `topic hz`."""
+"""Verbs that send or receive messages, such as `service call` and `topic echo`."""
 
 from array import array
 from collections import deque
@@ -95,25 +95,24 @@ yaml.add_representer(Fields, lambda dumper, fields: dumper.represent_mapping(
     'tag:yaml.org,2002:map', fields.items(), flow_style=False))
 
 
-def to_yaml(value, args, kind=None):
+def to_yaml(value, length=sys.maxsize, no_arrays=False, kind=None):
     """Convert a message or a field to objects for yaml.dump(). Long values may be shortened."""
     if hasattr(value, 'SLOT_TYPES'):
-        return Fields((name, to_yaml(getattr(value, name), args, kind))
+        return Fields((name, to_yaml(getattr(value, name), length, no_arrays, kind))
                       for name, kind in value.get_fields_and_field_types().items())
-    length = sys.maxsize if args.full_length else 128
     value = value.decode('latin-1') if isinstance(value, bytes) else value
     if isinstance(value, str):
         return value if len(value) <= length else f'{value[:length]}...'
     value = value.tolist() if hasattr(value, 'tolist') else value
     if not isinstance(value, list):
         return value
-    if args.no_arr and kind:
+    if no_arrays and kind:
         item, _, bound = kind.replace('/', '/msg/').rstrip('>').partition(', ')
         if '<' not in item:
             return f'<array type: {item}>'
         bound = f'[{bound}]' if bound else ''
         return f'<{item.replace("<", " type: ")}{bound}, length: {len(value)}>'
-    items = [to_yaml(each, args) for each in value[:length]]
+    items = [to_yaml(each, length, no_arrays) for each in value[:length]]
     return items if len(value) <= length else [*items, '...']
 
 
@@ -122,6 +121,13 @@ def to_csv(value):
     if isinstance(value, (dict, list)):
         return ','.join(map(to_csv, value.values() if isinstance(value, dict) else value))
     return str(value)
+
+
+def interface_proto(args):
+    """Print the default values of a message, a service request or an action goal."""
+    kind = interface(args.type, '', f"The interface '{args.type}' is invalid")
+    text = yaml.dump(to_yaml(getattr(kind, 'Request', getattr(kind, 'Goal', kind))()))
+    print(text if args.no_quotes else f'"{text}"')
 
 
 def message_filter(text):
@@ -173,12 +179,14 @@ def topic_echo(args):
         if not passes(message) or (done and args.once):
             return
         done = True
+        length = sys.maxsize if args.full_length else args.truncate_length
+        fields = to_yaml(message, length, args.no_arr)
         if not hasattr(message, 'SLOT_TYPES'):
             print(message, end='\n---\n')
         elif args.csv:
-            print(to_csv(to_yaml(message, args)))
+            print(to_csv(fields))
         else:
-            print(yaml.dump(to_yaml(message, args), allow_unicode=True, width=sys.maxsize,
+            print(yaml.dump(fields, allow_unicode=True, width=sys.maxsize,
                             default_flow_style=args.flow_style), end='---\n')
 
     with open_graph(lambda graph: graph.count_publishers(args.topic_name)) as graph:
@@ -227,6 +235,10 @@ def topic_pub(args):
         graph.spin_until(lambda: False, args.keep_alive)
 
 
+GOAL_STATES = ('UNKNOWN', 'ACCEPTED', 'EXECUTING', 'CANCELING', 'SUCCEEDED', 'CANCELED', 'ABORTED')
+"""Names of goal states, indexed by the constants in action_msgs/msg/GoalStatus."""
+
+
 def service_call(args):
     kind = interface(args.service_type, 'srv', 'The passed service type is invalid')
     if not hasattr(kind, 'Request'):
@@ -237,10 +249,40 @@ def service_call(args):
         if not graph.spin_until(client.service_is_ready, 1.0):
             print('waiting for service to become available...')
         graph.spin_until(client.service_is_ready)
-        print(f'requester: making request: {request!r}\n')
-        future = client.call_async(request)
-        graph.spin_until(future.done)
-        print(f'response:\n{future.result()!r}\n')
+        repeated = True
+        while repeated:
+            print(f'requester: making request: {request!r}\n')
+            print(f'response:\n{graph.result(client.call_async(request))!r}\n')
+            repeated = args.rate and not graph.spin_until(lambda: False, 1.0 / args.rate)
+
+
+def action_send_goal(args):
+    from rclpy.action import ActionClient  # This import is slow.
+
+    def on_feedback(message):
+        print(f'Feedback:\n    {yaml.dump(to_yaml(message.feedback))}')
+
+    kind = interface(args.action_type, 'action', 'The passed action type is invalid')
+    goal = filled(kind.Goal, read_values(args))
+    with open_graph(lambda _: True) as graph:
+        client = ActionClient(graph, kind, args.action_name)
+        print('Waiting for an action server to become available...')
+        graph.spin_until(client.server_is_ready)
+        print(f'Sending goal:\n     {yaml.dump(to_yaml(goal))}')
+        handle = graph.result(
+            client.send_goal_async(goal, on_feedback if args.feedback else None))
+        if not handle.accepted:
+            return print('Goal was rejected.')
+        print(f'Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n')
+        try:
+            response = graph.result(handle.get_result_async())
+        except KeyboardInterrupt:
+            print('Canceling goal...')
+            graph.result(handle.cancel_goal_async())
+            print('Goal canceled.')
+            raise
+        print(f'Result:\n    {yaml.dump(to_yaml(response.result))}')
+        print('Goal finished with status:', GOAL_STATES[response.status])
 
 
 def measure(sample, report, args, **options):

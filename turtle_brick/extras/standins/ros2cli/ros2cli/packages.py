@@ -19,6 +19,7 @@ import shlex
 import signal
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import ament_index_python as index
 from rosidl_adapter.parser import parse_message_string
@@ -59,6 +60,20 @@ def pkg_prefix(args):
         print(find(args.package_name))
     except (index.PackageNotFoundError, ValueError):
         return 'Package not found'
+
+
+def pkg_xml(args):
+    try:
+        path = Path(index.get_package_share_directory(args.package_name), 'package.xml')
+    except (index.PackageNotFoundError, ValueError):
+        return 'Package not found'
+    tree = ElementTree.parse(path)
+    if args.tag is None:
+        return ElementTree.dump(tree)
+    elements = tree.getroot().findall(args.tag)
+    for element in elements:
+        print(element.text)
+    return None if elements else 'XML tag not found'
 
 
 def requested_kinds(args):
@@ -145,10 +160,19 @@ def run(args):
         return 'No executable found'
     if len(paths) > 1:
         return '\n- '.join(['Multiple executables found:', *paths])
-    child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv])
+    child, received = None, []
+
+    def forward(number, _):
+        received.append(number)
+        if child is not None:
+            child.send_signal(number)
+
     signal.signal(signal.SIGINT, lambda *_: None)  # Ctrl-C also reaches the child.
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
-        signal.signal(number, lambda number, _: child.send_signal(number))
+        signal.signal(number, forward)
+    child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv])
+    for number in received:  # These signals arrived before the child existed.
+        child.send_signal(number)
     status = child.wait()
     if status < 0:
         print(f'[ros2run]: {signal.strsignal(-status)}')

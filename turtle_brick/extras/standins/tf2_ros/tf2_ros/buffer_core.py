@@ -108,6 +108,8 @@ class Cache:
 
     def __init__(self, static: bool, max_age: int) -> None:
         self.static = static
+        self.authority = ''
+        """Sender of the latest transform."""
         self._max_age = max_age
         self._times: list[int] = []
         self._entries: list[Entry] = []
@@ -115,6 +117,15 @@ class Cache:
     def latest(self) -> tuple[int, str | None]:
         """Return the time (ns) and parent of the latest transform, or (0, None) if none exists."""
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
+
+    def as_yaml(self) -> str:
+        """Return the description that all_frames_as_yaml() contains for the frame."""
+        latest, oldest = self._times[-1], self._times[0]
+        length = (latest - oldest) / _NS_PER_SECOND
+        return (f"  parent: '{self._entries[-1][0]}'\n  broadcaster: '{self.authority}'\n"
+                f'  rate: {len(self._times) / max(length, 1e-4):.3f}\n'
+                f'  most_recent_transform: {display_time(latest)}\n'
+                f'  oldest_transform: {display_time(oldest)}\n  buffer_length: {length:.3f}\n')
 
     def clear(self) -> None:
         if not self.static:
@@ -264,6 +275,12 @@ class BufferCore:
             return ''.join(f'Frame {name} exists with parent {cache.latest()[1] or "NO_PARENT"}.\n'
                            for name, cache in self._frames.items() if cache is not None)
 
+    def all_frames_as_yaml(self) -> str:
+        """Return the parent, rate and times of each frame as YAML."""
+        with self._changed:
+            return ''.join(f'{name}: \n{cache.as_yaml()}' for name, cache in self._frames.items()
+                           if cache is not None and cache.latest()[1]) or '[]'
+
     # ------------------------------------------------------------------------------------- input
 
     def _insert(self, transform: TransformStamped, authority: str, static: bool) -> None:
@@ -288,6 +305,7 @@ class BufferCore:
             self._frames.setdefault(parent_name)
             if cache is None or cache.static is not static:
                 cache = self._frames[child_name] = Cache(static, self._cache_time)
+            cache.authority = authority
             inserted = cache.insert(time, (parent_name, x, y, z, *canonical(qx, qy, qz, qw)))
             self._changed.notify_all()
         if not inserted:
