@@ -20,10 +20,15 @@ import ctypes
 import os
 from pathlib import Path
 import re
+import shutil
 import signal
 import threading
+from xml.sax.saxutils import unescape
 
+from ament_flake8.main import main_with_errors
 from ament_index_python.packages import get_package_share_directory
+from ament_pep257.main import main as pep257
+from catkin_pkg.package import parse_package
 from live_graph import add_nodes
 import pytest
 import rclpy
@@ -34,7 +39,6 @@ from ros2cli.graph import GraphNode, is_complete
 import ros2cli.graph as cli_graph
 from turtle_brick_tools.graph import Graph
 from turtle_graph.client.domains import reserved_domain
-from turtlesim.msg import Color
 import yaml
 
 TABLE = yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
@@ -80,8 +84,6 @@ def files(tmp_path_factory):
 def arena():
     with reserved_domain() as domain, Graph(domain, quiet=True) as graph:
         nodes = add_nodes(graph)
-        # Only the real turtlesim publishes on this topic.
-        nodes['turtlesim'].create_publisher(Color, 'turtle1/color_sensor', 10)
         stopped = threading.Event()
 
         def spin():
@@ -220,6 +222,40 @@ def test_tf2_echo_prints_published_transform(outcomes, domain_id):
     assert publisher.error.endswith("from 'world' to 'brick'\n")
 
 
+def test_view_frames_writes_the_tree_of_an_old_style_publisher(outcomes, domain_id, tmp_path):
+    publisher, viewer = (start(['ros2', 'run', *words.split()], domain_id) for words in (
+        'tf2_ros static_transform_publisher 0 -1.5 0 0 0 0 1 world odom',
+        f'tf2_tools view_frames -t 5 -o {tmp_path}/frames'))
+    viewer.end()
+    publisher.send('SIGINT', 'group')
+    publisher.end()
+    assert 'Old-style arguments are deprecated; see --help for new-style arguments' in (
+        publisher.error)
+    assert "translation: ('0.000000', '-1.500000', '0.000000')" in publisher.error
+    label = ''.join(f'{line}\\n' for line in (
+        'Broadcaster: default_authority', 'Average rate: 10000.0', 'Buffer length: 0.0',
+        'Most recent transform: 0.0', 'Oldest transform: 0.0'))
+    assert re.sub(r'[\d.]{12,}', '', (tmp_path / 'frames.gv').read_text()) == (
+        f'digraph G {{\n"world" -> "odom"[label=" {label}"];\nedge [style=invis];\n'
+        ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";\n'
+        '"Recorded at time: "[ shape=plaintext ] ;\n}->"world";\n}')
+    assert (viewer.status == 0) == (tmp_path / 'frames.pdf').is_file() == bool(shutil.which('dot'))
+    assert viewer.status == 0 or 'A PDF requires Graphviz' in viewer.error
+
+
+@pytest.mark.parametrize('words', [
+    'ros2 topic echo /x std_msgs/msg/String', 'ros2 run tf2_ros tf2_echo a b',
+    'ros2 run turtlesim turtlesim_node', 'ros2 run robot_state_publisher robot_state_publisher',
+    'ros2 run joint_state_publisher joint_state_publisher'])
+def test_sigterm_ends_a_command_at_any_moment(words, domain_id):
+    for delay in (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1, 1.5, 2.0):
+        command = Command(words.split(), {**os.environ, 'ROS_DOMAIN_ID': str(domain_id)})
+        command.wait_for(lambda: False, delay)
+        command.send('SIGTERM', 'process')
+        assert command.end(30.0) == []
+        assert 'Exception' not in command.error
+
+
 def test_closed_pipe_ends_command_without_error(outcomes, arena):
     command = ['bash', '-c', 'ros2 topic echo /turtle1/pose | head -n 1']
     done = start(command, arena.context.get_domain_id())
@@ -309,6 +345,45 @@ def test_verb(name, open_graph_here, files, monkeypatch):
     done = run_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''))
     monkeypatch.undo()
     assert_same(name, done, files)
+
+
+PACKAGES = {
+    '--build-type ament_python --node-name my_node --dependencies rclpy std_msgs':
+        'LICENSE my_package/__init__.py my_package/my_node.py package.xml resource/my_package '
+        'setup.cfg setup.py test/test_copyright.py test/test_flake8.py test/test_pep257.py',
+    '--build-type ament_cmake --node-name my_node --dependencies std_msgs':
+        'CMakeLists.txt LICENSE package.xml src/my_node.cpp'}
+"""Files of a new package, keyed by the arguments of `ros2 pkg create`."""
+
+
+@pytest.mark.parametrize('arguments', PACKAGES)
+def test_created_package_has_the_files_of_the_real_command(arguments, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ['ros2', 'pkg', 'create', 'my_package', '--license', 'MIT', '--description',
+             "It's <new>", '--maintainer-name', 'Ann', '--maintainer-email', 'ann@b.example',
+             *arguments.split()]
+    done = run_here(words, monkeypatch)
+    assert (done.status, done.error) == (0, '')
+    assert "maintainer: ['Ann <ann@b.example>']\n" in done.text
+    folder = tmp_path / 'my_package'
+    assert sorted(str(path.relative_to(folder)) for path in folder.rglob('*')
+                  if path.is_file()) == PACKAGES[arguments].split()
+    warnings = []
+    package = parse_package(folder, warnings=warnings)
+    assert (warnings, unescape(package.description)) == ([], "It's <new>")
+    assert package.licenses == ['MIT']
+    assert [each.name for each in package.exec_depends] == arguments.split()[5:]
+    assert main_with_errors(argv=[str(folder)])[0] == 0
+    assert pep257([str(folder)]) == 0
+    assert 'The directory already exists: ./my_package' in run_here(words, monkeypatch).error
+
+
+def test_unknown_license_is_declared_with_a_warning(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = run_here(['ros2', 'pkg', 'create', 'my_package', '--license', 'Beer'], monkeypatch)
+    assert "[WARNING]: Unknown license 'Beer'." in done.text
+    assert done.text.endswith('\nApache-2.0\nBSD-3-Clause\nMIT\n')
+    assert parse_package(tmp_path / 'my_package').licenses == ['Beer']
 
 
 MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))

@@ -119,7 +119,7 @@ class Cache:
         return (self._times[-1], self._entries[-1][0]) if self._times else (0, None)
 
     def as_yaml(self) -> str:
-        """Return the description that all_frames_as_yaml() contains for the frame."""
+        """Return the lines about this frame in the description of all frames."""
         latest, oldest = self._times[-1], self._times[0]
         length = (latest - oldest) / _NS_PER_SECOND
         return (f"  parent: '{self._entries[-1][0]}'\n  broadcaster: '{self.authority}'\n"

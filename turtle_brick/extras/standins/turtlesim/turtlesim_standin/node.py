@@ -16,8 +16,9 @@ The stand-in for turtlesim_node from turtlesim 1.8.2, without a window.
 
 turtlesim_kinematics computes the motion and is tested against recordings of the real node.
 
-Publishes this topic for each turtle every 16 ms:
+Publishes these topics for each turtle every 16 ms:
     <turtle>/pose (turtlesim/msg/Pose): pose and commanded velocity
+    <turtle>/color_sensor (turtlesim/msg/Color): default background color
 
 Subscribes to this topic for each turtle:
     <turtle>/cmd_vel (geometry_msgs/msg/Twist): velocity. For each turtle, up to seven
@@ -59,11 +60,14 @@ from rclpy.task import Future
 from rclpy.validate_topic_name import validate_topic_name
 from std_srvs.srv import Empty
 from turtlesim.action import RotateAbsolute
-from turtlesim.msg import Pose
+from turtlesim.msg import Color, Pose
 from turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, TeleportRelative
 from turtlesim_standin.simulator import SimulatedTurtle, TurtleSim
 from turtlesim_standin.turtlesim_arena import TICK, TurtlePose
 from turtlesim_standin.turtlesim_kinematics import QUEUE_DEPTH
+
+BACKGROUND = Color(r=69, g=86, b=255)
+"""Default background color."""
 
 
 def service_callback(function: Callable[[Any], None]) -> Callable[[Any, Any], Any]:
@@ -86,9 +90,10 @@ class TurtleTopics:
         qos = QoSProfile(depth=QUEUE_DEPTH)
         # Event callbacks are disabled because destroying them may crash the EventsExecutor
         # (https://github.com/ros2/rclpy/issues/1644).
-        self._publisher = node.create_publisher(
-            Pose, f'{name}/pose', qos,
+        self._publisher, self._color_publisher = (node.create_publisher(
+            kind, f'{name}/{topic}', qos,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
+            for kind, topic in ((Pose, 'pose'), (Color, 'color_sensor')))
         self._subscription = node.create_subscription(
             Twist, f'{name}/cmd_vel',
             lambda twist: turtle.command(twist.linear.x, twist.linear.y, twist.angular.z), qos,
@@ -132,8 +137,9 @@ class TurtleTopics:
             self._finish(self._goal.canceled)
 
     def publish(self, pose: TurtlePose) -> None:
-        """Publish the pose and report the progress of a rotation after a tick."""
+        """Publish the state after a tick, and report the progress of a rotation."""
         self._publisher.publish(Pose(**pose._asdict()))
+        self._color_publisher.publish(BACKGROUND)
         if self._goal is None:
             return
         if self._turtle.goal is None and not self._turtle.reached:
@@ -150,6 +156,7 @@ class TurtleTopics:
             self._finish(self._goal.abort)
         self._action.destroy()
         self._node.destroy_publisher(self._publisher)
+        self._node.destroy_publisher(self._color_publisher)
         self._node.destroy_subscription(self._subscription)
         for service in self._services:
             self._node.destroy_service(service)
@@ -163,7 +170,8 @@ class TurtleSimNode(Node):
         self.declare_parameter('holonomic', False, ParameterDescriptor(
             description='If true, then turtles will be holonomic'))
         channel = IntegerRange(from_value=0, to_value=255, step=1)
-        for letter, color, value in (('r', 'Red', 69), ('g', 'Green', 86), ('b', 'Blue', 255)):
+        for letter, color in (('r', 'Red'), ('g', 'Green'), ('b', 'Blue')):
+            value = getattr(BACKGROUND, letter)
             self.declare_parameter(f'background_{letter}', value, ParameterDescriptor(
                 description=f'{color} channel of the background color', integer_range=[channel]))
         self._sim = TurtleSim(self.get_parameter('holonomic').value, self._now())

@@ -101,8 +101,8 @@ class TeleopKey(Program):
         self._goal: Future | None = None
         self._terminal = termios.tcgetattr(sys.stdin)
         tty.setcbreak(sys.stdin)
-        print('Use the arrow keys to move the turtle. Use the keys g, t, r, e, d, c, v and b to turn '
-              'it to a heading, f to cancel this rotation, and q to quit.', flush=True)
+        print('Use the arrow keys to move the turtle, g, t, r, e, d, c, v and b to turn it to a '
+              'heading, f to cancel this rotation, and q to quit.', flush=True)
         self.create_timer(0.02, self._on_timer)
 
     def _on_timer(self) -> None:
