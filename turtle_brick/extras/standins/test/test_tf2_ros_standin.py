@@ -126,7 +126,7 @@ def test_future_completes_when_the_transform_is_available():
 
 def test_missing_features_are_explained(live):
     reason = 'is not in the stand-in for tf2_ros: check its spelling'
-    for use in (lambda: Buffer().transform, lambda: tf2_ros.convert,
+    for use in (lambda: Buffer().lookup_transform_full, lambda: tf2_ros.convert,
                 lambda: TransformListener(Buffer(), live.listener, spin_thread=True)):
         with pytest.raises((AttributeError, TypeError), match=reason):
             use()
