@@ -349,7 +349,8 @@ def test_a_second_process_waits_for_the_first(top, waiting):
 def test_the_owner_of_a_workspace_that_cannot_be_built_is_named(program, monkeypatch, capsys):
     program.ENVIRONMENT.write_text('not a folder')
     monkeypatch.setattr(sys, 'argv', ['', 'native', 'ros'])
-    monkeypatch.setattr(program, 'standins', lambda prefixes: {'tf2_ros': program.TOP})
+    monkeypatch.setattr(program, 'lock', lambda: None)  # This process can lock the folder once.
+    monkeypatch.setattr(program, 'standins', lambda *_: {'tf2_ros': program.TOP})
     assert program.main() == 1
     assert capsys.readouterr().err.endswith(".ros'.\n")
     monkeypatch.setattr(os, 'geteuid', lambda: program.TOP.stat().st_uid + 1)
