@@ -100,8 +100,8 @@ def refusal_of(folder, **values):
 
 def test_impossible_dimensions_are_refused_with_one_sentence(tmp_path):
     height = refusal_of(tmp_path, platform_height=0.9)
-    assert re.search(r'In /\S*\.yaml, platform_height is 0.9 m, but must be at least 0.991597 m so '
-                     'that', height)
+    assert re.search(r'In /\S*\.yaml, platform_height is 0.9 m, but must be at least 0.991597 m '
+                     'so that', height)
     radius = refusal_of(tmp_path, platform_radius=0.05)
     assert re.search(r'In /\S*\.yaml, platform_radius is 0.05 m, but with wheel_radius 0.2 m it '
                      'must be from', radius)
