@@ -149,7 +149,7 @@ class Scene(Graph):
     def recover(self) -> None:
         self.spin_for(self.known_at - monotonic())
         self.restart_observer()
-        self.wait_until(lambda: self.client.is_complete() and self.client.is_at_rest()
+        self.wait_until(lambda: not self.client.missing() and self.client.is_at_rest()
                         and 'Waiting for the brick' in self.processes['catcher'].output
                         and self.brick_state in ('hovering', 'floating', 'grounded'),
                         'the graph is complete, the robot is at rest, and it carries no brick')
@@ -251,7 +251,7 @@ class Scene(Graph):
         self.remove(sender)
         self.spin_for(MAX_AHEAD_NS * SECONDS_PER_NS)  # Let the clock pass all stored timestamps.
         self.restart_observer()
-        self.wait_until(lambda: self.client.is_complete()
+        self.wait_until(lambda: not self.client.missing()
                         and self.observer.count_subscribers('tilt'), 'the graph is complete')
         self.place((*CENTER, EASY_HEIGHT))  # The brick may be anywhere.
         self.wait_until(follows_commands, 'the robot follows commands')

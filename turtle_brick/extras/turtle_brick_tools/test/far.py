@@ -142,7 +142,7 @@ def drop_bricks(options: argparse.Namespace) -> int:
             observer.poller.record(String, topic, qos)
             for topic in ('catcher_decision', 'catcher_state', 'brick_state'))
         # The catcher may discover the robot later than this client does.
-        graph.spin_until(lambda: client.is_complete() and any(
+        graph.spin_until(lambda: not client.missing() and any(
             'Waiting for the brick' in line.message.msg for line in log), TIMEOUT,
                          'robot, arena and catcher are running')
         while outcomes.total() < options.drops:

@@ -157,7 +157,7 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
 
     def connect(spinner: NodeSpinner) -> GraphClient:
         client = GraphClient(spinner, spinner.node)
-        spinner.spin_until(client.is_complete, START_TIMEOUT, 'the graph is complete')
+        spinner.spin_until(lambda: not client.missing(), START_TIMEOUT, 'the graph is complete')
         return client
 
     def drop_bricks() -> None:

@@ -32,6 +32,7 @@ from random import Random
 import re
 import subprocess
 import sys
+from typing import Any
 import webbrowser
 
 from ament_index_python.packages import PackageNotFoundError
@@ -50,6 +51,7 @@ from turtle_graph.client.domains import (DomainError, DOMAINS, is_empty, LAST_DO
 from turtle_graph.client.drops import DropWatch
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.profiles import Profile
+from turtle_graph.client.record import Record
 from turtle_graph.client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
 
 START_TIMEOUT = 30.0
@@ -156,6 +158,15 @@ def bricks(options: argparse.Namespace, client: GraphClient,
         yield (ARENA_SIZE - 0.5, ARENA_SIZE - 0.5, resting_height(parameters) + 1.0)
 
 
+def forget_old_messages(record: Record) -> None:
+    """Keep only the newest messages of each topic and the newest transforms of each frame."""
+    lists: list[list[Any]] = list(record.topics.values())
+    for frame in record.frames.values():
+        lists += [frame.samples, frame.published, frame.sequence_numbers]
+    for entries in lists:
+        del entries[:-KEPT_MESSAGES]
+
+
 def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
     """Start all nodes in an empty graph, drop bricks, and return whether the demo succeeded."""
     graph.add_turtlesim()
@@ -166,13 +177,13 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     observer = graph.add(Observer, parameters=False, name='demo',
                          profile=Profile.from_parameters(parameters))
     client = GraphClient(graph, observer)
-    graph.spin_until(client.is_complete, START_TIMEOUT,
+    graph.spin_until(lambda: not client.missing(), START_TIMEOUT,
                      'turtlesim, robot, arena and catcher are connected')
     prefix = f'{options.namespace}: ' if options.namespace else ''
     watches, faulty = [], 0
     for brick in bricks(options, client, parameters):
         client.place(brick, HOVERING_TIME).check()
-        observer.record.keep_newest(KEPT_MESSAGES)
+        forget_old_messages(observer.record)
         # Without freeze(), a garbage collection could stop all nodes for 0.3 s during the fall.
         freeze()
         watch = client.drop(brick)

@@ -32,6 +32,7 @@ from turtle_graph.referee import referee
 from turtle_graph.referee.rules.rule import FAILED, MET, OPEN
 from turtle_graph.referee.trial import FAR_OUT, Program, Trial
 from turtlesim.srv import TeleportRelative
+from visualization_msgs.msg import Marker, MarkerArray
 
 SHORT = {'program': Program(0.2, 2, (0.5,), (FAR_OUT,)), 'discovery_time': 0.5, 'timeout': 0.3}
 
@@ -95,6 +96,27 @@ def test_unusual_names_and_types_are_recognized(domain_id):
     assert 'assumed: goal_pose is /goal (geometry_msgs/msg/Point)' in observer.record.notes
     assert publishers['/rosout'] == {'/unusual', '/second'}
     assert observer.record.unclear == {'tilt': 'the type of /tilt_it has no suitable field'}
+
+
+def test_large_messages_are_skipped(domain_id):
+    with LiveGraph(domain_id) as live:
+        observer = live.add(Observer, parameters=False)
+        publisher = live.publisher('flood', MarkerArray, 30)
+        live.wait_for(lambda: publisher.get_subscription_count() == 1, TIMEOUT, 'the observer')
+        for _ in range(30):
+            publisher.publish(MarkerArray(markers=[Marker(id=number) for number in range(2000)]))
+        live.wait_for(lambda: observer.poller.skipped, TIMEOUT, 'a flood')
+    assert len(observer.record.markers) < 30 * 2000
+
+
+def test_several_publishers_of_a_pose_are_named(domain_id):
+    with Graph(domain_id, quiet=True) as graph:
+        for _ in range(2):
+            graph.add_turtlesim()
+        observer = graph.add(Observer, parameters=False)
+        graph.spin_until(lambda: observer.count_publishers('turtle1/pose') == 2, TIMEOUT, 'poses')
+        observer.find_duplicates()
+    assert observer.record.unclear['pose'].startswith('2 nodes publish turtle1/pose: /')
 
 
 def test_a_graph_in_another_namespace_is_not_used(domain_id):

@@ -28,6 +28,7 @@ import numpy
 import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
+from turtle_brick_tools.demo import forget_old_messages, KEPT_MESSAGES
 from turtle_graph.client.drops import DropWatch
 from turtle_graph.client.geometry import CENTER, Pose, pose, turn, UPRIGHT
 from turtle_graph.client.processes import explain_missing
@@ -671,6 +672,21 @@ def test_a_wrong_timestamp_fails_one_rule():
     assert found.measured.endswith('far from the current time: brick, messages on odom')
 
 
+def test_a_late_turtlesim_shows_that_the_machine_is_overloaded():
+    record = Record(Profile())
+    for milliseconds in (0, 16, 32, 57, 73, 100, 116):
+        record.add_pose(milliseconds * 1_000_000, None)
+    assert record.stalls == [(73_000_000, 100_000_000)]
+
+
+@pytest.mark.parametrize('hog, mark', (('', OPEN), ('the graph uses 1.4 processors', FAILED)))
+def test_a_graph_that_overloads_the_machine_is_to_blame_for_its_rates(hog, mark):
+    record = make_record((drive,), rate=90.0)
+    record.stalls, record.hog = [(at(-1.0), at(10.0))], hog
+    found, = judge(record, 'rate: odom')
+    assert found.mark == mark and hog in found.measured
+
+
 def test_velocities_are_judged_only_if_they_are_published():
     record = make_record()
     for received in record.topics['joint_states']:
@@ -688,7 +704,7 @@ def test_an_absent_topic_breaks_many_rules_with_one_cause():
     record.topics['robot_description'].clear()
     found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
     assert {one.measured for one in found} == {'there is no robot_description'}
-    assert [one.follows for one in found] == [[], *[['frames: robot']] * (len(found) - 1)]
+    assert [one.follows for one in found] == [[], *[['joint_states: names']] * (len(found) - 1)]
     crash = 'publisher crashed: exit status 1'
     record.crashes = [crash]
     found = [one for one in referee.RULES.judge(record) if one.mark == FAILED]
@@ -778,7 +794,6 @@ def test_nan_and_infinity_are_judged(odd):
 def test_a_record_can_be_limited_to_the_newest_messages():
     record = make_record()
     latest = record.frames['brick'].samples[-1]
-    record.keep_newest(10)
+    forget_old_messages(record)
     assert record.frames['brick'].samples[-1] is latest
-    assert max(len(frame.samples) for frame in record.frames.values()) == 10
-    assert max(map(len, record.topics.values())) == 10
+    assert max(len(frame.samples) for frame in record.frames.values()) == KEPT_MESSAGES

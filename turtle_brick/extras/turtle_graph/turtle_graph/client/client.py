@@ -57,15 +57,18 @@ class GraphClient:
         """Return the value of a physical parameter, or a typical value if the value is unknown."""
         return self.record.profile.numbers.get(name, NUMBERS[name])
 
-    def is_complete(self) -> bool:
-        """Return whether the robot, the arena and the catcher are running."""
+    def missing(self) -> list[str]:
+        """Return the names of the topics, services and frames that have not appeared yet."""
         record, goal_pose = self.record, self.record.profile.topics['goal_pose']
-        topics = ('pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')
-        return bool(all(record.topics[name] for name in topics) and record.markers
-                    and {record.actual(name) for name in FRAMES} <= record.frame_names()
-                    and self.has_service('place') and self.has_service('drop')
-                    and self.observer.command_publisher('goal_pose')
-                    and self.observer.resolve_topic_name(goal_pose) in record.publishers)
+        names, frames = record.profile.topics, record.frame_names()
+        found = {'markers': record.markers,
+                 'goal_pose': self.observer.command_publisher('goal_pose')
+                 and self.observer.resolve_topic_name(goal_pose) in record.publishers,
+                 **{names[name]: record.topics[name] for name in (
+                     'pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')},
+                 **{name: self.has_service(name) for name in ('place', 'drop')},
+                 **{f'frame {name}': record.actual(name) in frames for name in FRAMES}}
+        return [name for name, is_found in found.items() if not is_found]
 
     def has_service(self, name: str) -> bool:
         """Return whether a service is available."""

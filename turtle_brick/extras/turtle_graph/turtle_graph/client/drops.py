@@ -37,6 +37,8 @@ TILTED, LEVEL = 0.05, 0.02
 """Minimum inclination of a tilted platform and maximum inclination of a level platform (rad)."""
 MARGIN = 0.15
 """Maximum distance (m) by which the center of a caught brick may be beyond the platform edge."""
+MAX_WAIT_NS = 1_000_000_000
+"""Maximum time (ns) for which a transform of the brick waits for those of the platform."""
 HISTORY = 400
 """Number of stored brick positions."""
 
@@ -79,10 +81,16 @@ class DropWatch:
         """Process the messages received since the last call."""
         self._update_verdict()
         with numpy.errstate(all='ignore'):
-            for stamp, pose in self._record.brick_track(self._last_stamp + 1, 1 << 62):
-                self._last_stamp = stamp
-                self._track.append((stamp, pose.position))
-                self._follow(stamp, pose)
+            frame = self._record.frames.get(self._record.actual('brick'))
+            samples = frame.between(self._last_stamp + 1, 1 << 62) if frame else []
+            for sample in samples:
+                pose = self._record.pose('brick', sample.stamp)
+                if pose is None and samples[-1].stamp - sample.stamp < MAX_WAIT_NS:
+                    break  # On a busy machine, the pose of the platform may be late.
+                self._last_stamp = sample.stamp
+                if pose is not None:
+                    self._track.append((sample.stamp, pose.position))
+                    self._follow(sample.stamp, pose)
 
     def _update_verdict(self) -> None:
         markers = self._record.markers

@@ -16,11 +16,9 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
-from statistics import fmean
-from time import time_ns
+from time import monotonic, thread_time, thread_time_ns, time_ns
 from typing import Any
 
-import psutil
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
@@ -29,17 +27,18 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from turtle_graph.client.profiles import COMMANDS, Profile, similar_names
-from turtle_graph.client.record import (MAX_LATENESS_NS, NS_PER_SECOND, Received, ReceivedMarker,
-                                        Record)
+from turtle_graph.client.record import NS_PER_SECOND, Received, ReceivedMarker, Record
 
 DEPTH = 2000
 """Queue size of each subscription, sufficient for several seconds of messages."""
 FETCH_PERIOD = 0.02
 """Period (s) for fetching messages."""
 DISCOVERY_PERIOD = 0.5
-"""Period (s) for discovering new topics and measuring the processor load."""
-MAX_LOAD = 95.0
-"""Processor load (%) at or above which the observed nodes may be delayed."""
+"""Period (s) for discovering new topics."""
+MAX_READING, PAUSE = 0.5, 5.0
+"""Processor time (s) for reading a topic in one fetch, and the time (s) without reading after it."""
+MAX_WAIT_NS = 100_000_000
+"""Time (ns) without a processor after which the observer may have lost messages."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
 """Node name that ROS reports for a publisher until the publisher's node is discovered."""
@@ -111,6 +110,8 @@ class PollingNode(Node):
         super().__init__(name, **{
             'start_parameter_services': False, 'enable_rosout': False, **node_options})
         self._callbacks: list[tuple[Subscription, Callback]] = []
+        self._paused: dict[str, float] = {}  # Time (s) at which a pause in reading ends, by topic.
+        self.skipped: dict[str, int] = {}  # Number of messages that were not decoded, by topic.
         self._calls: dict[tuple[Any, int], list[Received]] = {}
 
     def record(self, message_type: Any, topic: str,
@@ -144,10 +145,19 @@ class PollingNode(Node):
                     self._calls.pop((client, info.request_id.sequence_number), []).append(
                         Received(info.source_timestamp, response))
         for subscription, callback in self._callbacks:
+            name, begin = subscription.topic_name, thread_time()
             with subscription.handle:
-                while (taken := subscription.handle.take_message(
-                        subscription.msg_type, subscription.raw)) is not None:
-                    callback(*taken)
+                for _ in range(DEPTH):
+                    if thread_time() - begin > MAX_READING:
+                        self._paused[name] = monotonic() + PAUSE
+                    skip = monotonic() < self._paused.get(name, 0.0)
+                    taken = subscription.handle.take_message(subscription.msg_type, skip)
+                    if taken is None:
+                        break
+                    if skip:  # The message was taken but not decoded.
+                        self.skipped[name] = self.skipped.get(name, 0) + 1
+                    else:
+                        callback(*taken)
 
 
 class Observer(Node):
@@ -161,12 +171,11 @@ class Observer(Node):
         self.record = Record(profile or Profile())
         self.record.namespace = self.get_namespace()
         self.after_fetch: Callable[[], None] = lambda: None
-        self._fetched_at = time_ns()
+        self._fetched_at, self._used_ns = time_ns(), thread_time_ns()
         self._discovered_at = 0
         self._subscribed: set[str] = set()
         self._publishers_by_topic: dict[str, Publisher] = {}
         self._clients_by_service: dict[str, Client] = {}
-        psutil.cpu_percent(percpu=True)  # The first measurement starts here.
         # All namespaces may share the TF topics, or each namespace may have its own TF topics.
         for topic, static in (('tf', False), ('tf_static', True)):
             for name in {self.resolve_topic_name(f'/{topic}'), self.resolve_topic_name(topic)}:
@@ -180,14 +189,13 @@ class Observer(Node):
         super().destroy_node()
 
     def update(self) -> None:
-        """Fetch messages. Every DISCOVERY_PERIOD, discover topics and check the processor load."""
-        last, self._fetched_at = self._fetched_at, time_ns()
-        if (self._fetched_at - last) > FETCH_PERIOD * NS_PER_SECOND + MAX_LATENESS_NS:
-            self.record.stalls.append((last, self._fetched_at))
-        if self._fetched_at - self._discovered_at > DISCOVERY_PERIOD * NS_PER_SECOND:
-            if fmean(psutil.cpu_percent(percpu=True)) >= MAX_LOAD:
-                self.record.stalls.append((self._discovered_at, self._fetched_at))
-            self._discovered_at = self._fetched_at
+        """Fetch messages. Every DISCOVERY_PERIOD, discover topics."""
+        now, used = time_ns(), thread_time_ns()
+        if now - self._fetched_at - (used - self._used_ns) > MAX_WAIT_NS:
+            self.record.stalls.append((self._fetched_at, now))
+        self._fetched_at, self._used_ns = now, used
+        if now - self._discovered_at > DISCOVERY_PERIOD * NS_PER_SECOND:
+            self._discovered_at = now
             self.subscribe_to_new_topics()
         self.poller.fetch()
         self.after_fetch()
@@ -212,7 +220,9 @@ class Observer(Node):
             if topic in self._subscribed:
                 continue
             if topic in names:
-                callback = append_to(record.topics[names[topic]])
+                callback = (append_to(record.topics[names[topic]]) if names[topic] != 'pose' else
+                            lambda message, info: record.add_pose(
+                                info['source_timestamp'], message))
             elif MARKER_TYPES.intersection(types) and topic.startswith(inside):
                 callback = partial(self._on_markers, topic)
             else:
@@ -313,6 +323,23 @@ class Observer(Node):
         if not types:
             raise LookupError(f'there is no service {service}')
         return self._client(service, load_type(types[0]))
+
+    def find_duplicates(self) -> None:
+        """Mark the topics and frames that several graphs in this domain publish as unclear."""
+        record = self.record
+        for name in ('pose', 'cmd_vel', 'odom', 'joint_states'):
+            topic = self.resolve_topic_name(record.profile.topics[name])
+            nodes = [f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+                     for info in self._others(self.get_publishers_info_by_topic(topic))]
+            # Several nodes may publish different joints.
+            joints = {tuple(getattr(received.message, 'name', ()))
+                      for received in record.topics[name]}
+            if len(nodes) > max(1, len(joints)):
+                record.unclear[name] = (f'{len(nodes)} nodes publish '
+                                        f'{record.profile.topics[name]}: {", ".join(nodes)}')
+        for name, frame in record.frames.items():
+            if frame.broadcasters > 1:
+                record.unclear[f'frame {name}'] = f'several nodes broadcast {name}'
 
     def other_namespaces(self) -> set[str]:
         """Return all namespaces that contain nodes, except '/' and the namespace of this node."""

@@ -22,13 +22,15 @@ import signal
 import subprocess
 import threading
 
+import psutil
+
 END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
 """Pattern for a "process has died" message, with groups for process label, name and exit code."""
 STOPPED = (-signal.SIGINT, -signal.SIGTERM)
 """Exit codes of processes that ros2 launch stopped."""
-TRACEBACK = re.compile(r'^Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
+TRACEBACK = re.compile(r'^ *Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
 """Pattern for a Python traceback, with a group for the error in the last line."""
 
 LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^:]*: '
@@ -48,10 +50,12 @@ def launch_error(output: str) -> str:
     # If several parsers fail, the error of the parser for the file type is listed first.
     error = next(part for part in errors[-1].split('\n - ') if 'multiple exceptions' not in part)
     command, _, printed = error.partition('Captured stderr output:')
+    # If the error contains a traceback, its last line is the reason.
+    error = (TRACEBACK.findall(printed or error) or [printed or error])[-1]
     if printed:
         program = Path(command.partition('Command: ')[2].partition(' ')[0]).name
-        error = f'{program} printed an error or a warning, which stops the launch: {printed}'
-    return ' '.join(error.split())[:400]
+        error = f'{program} printed an error or a warning, which stops the launch: {error}'
+    return ' '.join(error.split())
 
 
 def explain_missing(error: str) -> str:
@@ -83,7 +87,8 @@ class Process(AbstractContextManager['Process']):
     """A context manager that runs a program and reads its standard output and standard error."""
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str] = {},
-                 listener: Callable[[str], object] | None = None) -> None:
+                 listener: Callable[[str], object] | None = None,
+                 directory: Path | None = None) -> None:
         """Start a program with extra environment variables. Pass its output to `listener`."""
         self.command = list(command)
         self._listener = listener
@@ -92,11 +97,14 @@ class Process(AbstractContextManager['Process']):
         self._closed = False
         # Without a display, turtlesim renders its window off-screen.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
+        # All programs that this program starts, and no others, inherit this variable.
+        self._mark = (f'STARTED_BY_{os.getpid()}_{id(self)}', '1')
         # In a new session, the program does not receive SIGINT when Ctrl-C is pressed.
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, start_new_session=True,
-            env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment})
+            stderr=subprocess.STDOUT, start_new_session=True, cwd=directory,
+            env=dict([*{**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment}.items(),
+                      self._mark]))
         self.pid = self._popen.pid
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
@@ -167,10 +175,32 @@ class Process(AbstractContextManager['Process']):
         self.send(number)
         return self.wait(timeout)
 
+    def family(self) -> list[psutil.Process]:
+        """Return the process and all processes that it has started, directly or indirectly."""
+        found = []
+        for process in psutil.process_iter():
+            with suppress(psutil.Error):
+                if self._mark in process.environ().items():
+                    found.append(process)
+        return found
+
+    def processor_times(self) -> dict[str, float]:
+        """Return the processor time (s) that each running node or program has used so far."""
+        times: dict[str, float] = {}
+        for process in self.family():
+            with suppress(psutil.Error):
+                command = process.cmdline()
+                nodes = [word.partition('__node:=')[2] for word in command if '__node:=' in word]
+                scripts = [Path(word).name for word in command[:2] if not word.startswith('-')]
+                name = (nodes or scripts[-1:] or ['?'])[0]
+                times[name] = times.get(name, 0.0) + sum(process.cpu_times()[:2])
+        return times
+
     def kill(self) -> None:
-        """Kill the process and its child processes immediately."""
-        with suppress(ProcessLookupError):
-            os.killpg(self.pid, signal.SIGKILL)
+        """Kill the process and all processes that it has started immediately."""
+        for process in self.family():
+            with suppress(psutil.Error):
+                process.kill()
         self._popen.wait()
         self._reader.join(1.0)
         if self._popen.stdout is not None:
@@ -179,9 +209,12 @@ class Process(AbstractContextManager['Process']):
 
 def close_all(processes: Sequence[Process]) -> None:
     """Send SIGINT to the given processes, wait for them to exit, and kill those still running."""
-    for process in processes:
-        process.send(signal.SIGINT)
-    for process in processes:
-        with suppress(TimeoutError):
-            process.wait(END_TIME)
-        process.kill()
+    try:
+        for process in processes:
+            process.send(signal.SIGINT)
+        for process in processes:
+            with suppress(TimeoutError):
+                process.wait(END_TIME)
+    finally:
+        for process in processes:
+            process.kill()

@@ -16,6 +16,7 @@
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
+from itertools import pairwise
 from math import dist
 from operator import attrgetter, itemgetter
 import re
@@ -31,8 +32,12 @@ MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) for interpolation between two transforms."""
 EXTRAPOLATION_NS = 50_000_000
 """Maximum time (ns) by which poses are extrapolated beyond the first or last transform."""
-MAX_LATENESS_NS = 15_000_000
-"""Delay (ns) of the observer above which a stall is recorded."""
+MAX_LATENESS_NS = 10_000_000
+"""Delay (ns) of a turtlesim pose above which the machine is considered to be overloaded."""
+POSE_PERIOD_NS = 16_000_000
+"""Interval (ns) at which turtlesim publishes poses, whatever the graph does."""
+MIN_CALM_NS = NS_PER_SECOND
+"""Minimum duration (ns) of a calm part of an observation."""
 STALL_AFTERMATH_NS = NS_PER_SECOND
 """Time (ns) after the end of a stall during which the stall may still affect trials."""
 MAX_STAMP_ERROR_NS = 5_000_000_000
@@ -124,6 +129,12 @@ class Frame:
         self.sequence_numbers.append(number)
         insort(self.samples, sample, key=stamp_of_sample)
 
+    @property
+    def broadcasters(self) -> int:
+        """Return 1, or 2 if the sequence numbers come from several broadcasters."""
+        decreases = sum(b < a for a, b in pairwise(self.sequence_numbers))
+        return 2 if self.on_both_topics or decreases > 2 else 1
+
     def published_between(self, begin: int, end: int | None = None) -> list[tuple[int, Sample]]:
         """Return the transforms published between two times (ns), with their publication times."""
         return in_time_span(self.published, begin, end, itemgetter(0))
@@ -168,8 +179,9 @@ class Record:
         self.tilts: list[Request] = []
         self.places: list[Request] = []
         self.drops: list[Any] = []
-        # Time spans (ns) in which the observer was late or all processors were busy.
+        # Time spans (ns) in which turtlesim, which needs little time, or the observer was late.
         self.stalls: list[tuple[int, int]] = []
+        self.hog = ''  # How the graph itself uses most of the processors, or ''.
         self.notes: list[str] = []  # Assumptions made and problems found during the observation.
         self.crashes: list[str] = []
         # Reasons why topics, services or frames could not be used, keyed by their standard names.
@@ -179,6 +191,13 @@ class Record:
         """Add a note, unless the record already contains it."""
         if text not in self.notes:
             self.notes.append(text)
+
+    def add_pose(self, published: int, message: Any) -> None:
+        """Store a turtlesim pose with its publication time (ns), and a stall if it was late."""
+        for last in self.topics['pose'][-1:]:
+            if published - last.published > POSE_PERIOD_NS + MAX_LATENESS_NS:
+                self.stalls.append((last.published, published))
+        self.topics['pose'].append(Received(published, message))
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
         """Store a geometry_msgs/TransformStamped."""
@@ -191,14 +210,6 @@ class Record:
             stamp = published
         frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
                                             pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
-
-    def keep_newest(self, count: int) -> None:
-        """Keep only the newest `count` messages per topic and `count` transforms per frame."""
-        lists: list[list[Any]] = list(self.topics.values())
-        for frame in self.frames.values():
-            lists += [frame.samples, frame.published, frame.sequence_numbers]
-        for entries in lists:
-            del entries[:-count]
 
     def actual(self, frame: str) -> str:
         """Return the TF name for a standard frame name, and any other name unchanged."""
@@ -266,24 +277,35 @@ class Record:
         stalled = [span for span in spans if not self.is_calm(*span)]
         return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
 
+    def longest_calm(self, begin: int, end: int) -> tuple[int, int]:
+        """Return the longest part of a time span (ns) that no stall affected."""
+        begins, ends = [begin], []
+        for first, last in self.stalls:
+            if first < end and begin < last + STALL_AFTERMATH_NS:
+                ends.append(first)
+                begins.append(last + STALL_AFTERMATH_NS)
+        return max(zip(begins, [*ends, end]), key=lambda span: span[1] - span[0])
+
     def without_stalls(self) -> 'Record':
         """Return a copy of the record without the trials affected by stalls."""
         calm = copy(self)
         for name in ('idle', 'driving'):
-            setattr(calm, name, [span for span in getattr(self, name) if self.is_calm(*span)])
+            spans = [self.longest_calm(*span) for span in getattr(self, name)]
+            setattr(calm, name, [span for span in spans if span[1] - span[0] >= MIN_CALM_NS])
         for name in ('drives', 'tilts', 'places', 'drops'):
             setattr(calm, name, [trial for trial in getattr(self, name)
                                  if self.is_calm(trial.begin, trial.end)])
         return calm
 
     def single_trials(self) -> 'Iterator[Record]':
-        """Yield a copy of the record for each drive, tilt, place and drop, without the others."""
-        names = ('drives', 'tilts', 'places', 'drops')
-        for name in names:
-            for trial in getattr(self, name):
+        """Yield a copy of the record for each drive, tilt, place and drop, without all others."""
+        trials = {name: getattr(self, name) for name in ('drives', 'tilts', 'places', 'drops')}
+        if not any(trials.values()):
+            yield self
+        for name in trials:
+            for trial in trials[name]:
                 single = copy(self)
-                for other in names:
-                    setattr(single, other, [trial] if other == name else [])
+                vars(single).update({**dict.fromkeys(trials, []), name: [trial]})
                 yield single
 
 

@@ -29,17 +29,11 @@ import shlex
 import sys
 from time import strftime
 
-from turtle_graph.client.processes import END_TIME, Process
+from turtle_graph.client.processes import Process
 from turtle_graph.referee import report
-from turtle_graph.referee.rules.rule import Rules
+from turtle_graph.referee.options import HOURS
+from turtle_graph.referee.rules.rule import FAILED, MET, OPEN, Rules
 
-HOURS = {
-    1: ('frames', 'names', 'URDF', 'rate', 'odom'),
-    2: ('joint_states', 'drive: rolling', 'drive: stem', 'tilt'),
-    3: ('walls', 'brick', 'markers', 'place', 'drop', 'fall', 'slide'),
-    4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
-    5: ('verdict', 'text', 'carry', 'tip off', 'again')}
-"""Name prefixes of the requirements judged in each hour of class."""
 RESULTS = Path('judged')
 """Directory for the results of all students (JSON files and HTML pages)."""
 PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
@@ -50,7 +44,7 @@ SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
 """Paths of turtle_brick's `share` directory in isolated and in merged colcon installations."""
 LAUNCH_FILES = ('turtle_arena*launch.py', 'turtle_arena*launch.xml')
 """File name patterns for the launch files of the arena, in order of preference."""
-ROS_SETUP = Path(__file__).parents[1] / 'scripts/ros.bash'
+ROS_SETUP = Path(__file__).resolve().parents[4] / 'scripts/ros.bash'
 """Bash script that sets up the ROS environment without sourcing any workspace."""
 PREFIX = re.compile('^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(.*)$', re.M)
 """Pattern for the line in colcon's setup.sh that contains the original install directory."""
@@ -59,8 +53,8 @@ SOURCE = '[ ! -e "$1" ] || source "$1" >&2 && IFS= source "$2" && exec "${@:3}"'
 JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
          'from turtle_graph.referee.referee import main; sys.exit(main())')
 """Python code that runs this referee even if a student's workspace contains another referee."""
-TIME_LIMIT = 240.0
-"""Time limit (s) for judging one launch file."""
+TIME_LIMIT, END_TIME = 400.0, 60.0
+"""Time limits (s) for judging one launch file, and for the report after an interruption."""
 
 
 def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
@@ -105,39 +99,45 @@ def find_launch_files(share: Path) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def judge_launch(setup: Path, json: Path, options: argparse.Namespace, arguments: Sequence[str],
-                 command: Sequence[str]) -> int:
+def judge_launch(workspace: Path, setup: Path, json: Path, options: argparse.Namespace,
+                 arguments: Sequence[str], command: Sequence[str]) -> int:
     """Judge a graph and return the exit status, or raise LookupError if there is no result."""
     print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
     with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()),
                   sys.executable, '-c', JUDGE, str(Path(__file__).parents[2]), *arguments, '--',
                   *command],
-                 clean_environment(), sys.stderr.write if options.verbose else None) as process:
+                 clean_environment(), sys.stderr.write if options.verbose else None,
+                 workspace) as process:
         try:
+            process.wait(TIME_LIMIT)
+        except TimeoutError:
+            print(f'  stopping after {TIME_LIMIT:g} s', file=sys.stderr, flush=True)
             with suppress(TimeoutError):
-                process.wait(TIME_LIMIT)
-        finally:
-            process.stop(timeout=2.0 * END_TIME)  # The referee stops the graph before exiting.
-        if not json.exists():
-            raise LookupError(process.exit_message())
-        return process.wait(0.0)
+                process.stop(timeout=END_TIME)
+    if not json.exists():
+        raise LookupError(process.exit_message())
+    return process.wait(0.0)
 
 
-def judge_workspace(workspace: Path, json: Path, page: Path, options: argparse.Namespace,
+def judge_workspace(workspace: Path, json: Path, options: argparse.Namespace,
                     command: Sequence[str]) -> int:
     """Judge a workspace and return the exit status, or raise LookupError if there is no result."""
     setup, share = find_install(workspace)
-    arguments = [f'--student={workspace.name}', f'--json={json}', f'--page={page}']
+    arguments = [f'--student={workspace.name}', f'--json={json.resolve()}',
+                 f'--page={json.resolve().with_suffix(".html")}']
     arguments += [f'--{name}={getattr(options, name)}'
-                  for name in ('hour', 'namespace', 'profile') if getattr(options, name)]
+                  for name in ('hour', 'namespace') if getattr(options, name)]
+    if options.profile:
+        arguments.append(f'--profile={options.profile.resolve()}')
     if options.verbose:
         arguments.append('--verbose')
     for file in [''] if command else find_launch_files(share):
-        status = judge_launch(setup, json, options, arguments, command or [
+        status = judge_launch(workspace, setup, json, options, arguments, command or [
             'ros2', 'launch', 'turtle_brick', file, 'view:=none'])
-        if status != 2:
+        row = report.read(json, workspace.name)
+        if any(row[mark] for mark in (MET, FAILED, OPEN)):
             break
-        faults = '; '.join(report.read(json, workspace.name)['faults'])
+        faults = '; '.join(row['faults'])
         arguments.append(f'--note={file or "the command"}: {faults}')
     return status
 
@@ -150,18 +150,22 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
         raise ValueError(f'{options.classroom} has no subdirectories, but --class requires '
                          'one subdirectory per student')
     RESULTS.mkdir(exist_ok=True)
+    count = len(workspaces)
+    results = [RESULTS / f'{workspace.name}.json' for workspace in workspaces]
+    for path in (*results, *(json.with_suffix('.html') for json in results)):
+        path.unlink(missing_ok=True)
     statuses = set()
-    for number, workspace in enumerate(workspaces, 1):
-        print(f'{workspace.name} ({number} of {len(workspaces)}) ...', file=sys.stderr, flush=True)
-        json, page = (RESULTS / f'{workspace.name}.{kind}' for kind in ('json', 'html'))
-        json.unlink(missing_ok=True)
-        page.unlink(missing_ok=True)
-        try:
-            statuses.add(judge_workspace(workspace, json, page, options, command))
-        except (LookupError, TimeoutError) as error:
-            json.write_text(report.as_json([], {
-                'date': strftime(report.DATE), 'notes': [str(error)]}), encoding='utf-8')
-            statuses.add(2)
-    report.summarize(RESULTS, [rule.name for rule in rules], options.csv or Path('class.csv'),
-                     options.page or Path('class.html'), [path.name for path in workspaces])
+    try:
+        for number, (workspace, json) in enumerate(zip(workspaces, results), 1):
+            print(f'{workspace.name} ({number} of {count}) ...', file=sys.stderr, flush=True)
+            try:
+                statuses.add(judge_workspace(workspace, json, options, command))
+            except LookupError as error:
+                json.write_text(report.as_json([], {
+                    'date': strftime(report.DATE), 'notes': [str(error)]}), encoding='utf-8')
+                statuses.add(2)
+    finally:  # Ctrl-C prints the results so far.
+        report.summarize(RESULTS, [rule.name for rule in rules], options.csv or Path('class.csv'),
+                         options.page or Path('class.html'),
+                         [json.stem for json in results if json.exists()])
     return statuses.pop() if len(statuses) == 1 else 1

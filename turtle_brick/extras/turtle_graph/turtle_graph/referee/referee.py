@@ -11,31 +11,20 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-referee: judge an implementation of the assignment by its topics, services and TF.
-
-The referee sends the same commands as a user (goal_pose, tilt, place, drop). The referee reports
-the measured and expected results for each requirement of the assignment, and marks the requirement
-as met, failed or open. An open requirement could not be judged. To let the referee start and stop
-the graph, pass the launch command after "--":
-
-    ros2 run turtle_graph referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
-
-The exit status is 0 if no requirement failed, 1 if at least one failed, and 2 if no requirement
-was judged.
-"""
+"""Judge a graph or a class, as described in turtle_graph.referee.options."""
 
 import argparse
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
 import os
-from pathlib import Path
 import shlex
+import signal
 import sys
 from time import monotonic, strftime
 from typing import Any
 
+import psutil
 from turtle_graph.client.domains import reserved_domain, restrict_to_localhost
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.processes import crashes, explain_missing, launch_error, Process
@@ -43,20 +32,28 @@ from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Record
 from turtle_graph.client.spinning import NodeSpinner
 from turtle_graph.referee import report
-from turtle_graph.referee.classroom import HOURS, judge_class, rules_in_hour
+from turtle_graph.referee.classroom import judge_class, rules_in_hour
+from turtle_graph.referee.options import parse
 from turtle_graph.referee.rules import arena_rules, robot_rules
-from turtle_graph.referee.rules.rule import FAILED, Judgment, Rules
+from turtle_graph.referee.rules.rule import FAILED, Rules
 from turtle_graph.referee.trial import DISCOVERY_TIME, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES))
 
 START_TIME = 60.0
 """Timeout (s) for discovering a graph that the referee has started."""
+MAX_OPEN = 10
+"""Maximum number of requirements that the load of the machine may leave open."""
+MOST = 0.6
+"""Fraction of the processors above which a graph is to blame for its own rates."""
+INTERRUPTED = 'interrupted, so some requirements were not tested'
+"""Note in an incomplete record."""
 
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None]) -> Record:
     """Send all test requests to a running or newly started graph, and return the record."""
+    begin = monotonic()
     with ExitStack() as stack:
         process = stack.enter_context(Process(
             command, listener=sys.stderr.write if options.verbose else None)) if command else None
@@ -64,18 +61,43 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
         def run_trial(namespace: str) -> Observer:
             spinner = stack.enter_context(
                 NodeSpinner(partial(Observer, profile=profile), namespace=namespace))
-            Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
-                  is_alive=lambda: process is None or process.running).run()
+            record = spinner.node.record
+            try:
+                Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
+                      is_alive=lambda: process is None or process.running).run()
+            except KeyboardInterrupt:
+                record.note(INTERRUPTED)
+            if process is None:
+                spinner.node.find_duplicates()
+            else:
+                describe_usage(record, process.processor_times(), monotonic() - begin)
+            for topic, count in spinner.node.poller.skipped.items():
+                record.note(f'skipped {count} messages on {topic} because reading them takes '
+                            'more time than there is')
             return spinner.node
 
         observer = run_trial(options.namespace)
         namespaces = observer.other_namespaces()
-        if command and not observer.record.idle and len(namespaces) == 1:
+        if (command and not observer.record.idle and len(namespaces) == 1
+                and INTERRUPTED not in observer.record.notes):
             # The command started a graph in a different namespace.
             observer = run_trial(namespaces.pop())
         if process is not None:
             add_faults(observer.record, process)
+        for name, reason in observer.record.unclear.items():
+            observer.record.note(f'{name} is unclear: {reason}')
+        log('stopping')
         return observer.record
+
+
+def describe_usage(record: Record, used: dict[str, float], seconds: float) -> None:
+    """Record whether the graph itself uses most of the processors (times in s for each node)."""
+    total, count = sum(used.values()) / seconds, psutil.cpu_count() or 1
+    if total >= MOST * count:
+        nodes = ', '.join(f'{name} {used[name] / seconds:.1f}'
+                          for name in sorted(used, key=used.__getitem__, reverse=True)[:3])
+        record.hog = f'the graph itself uses {total:.1f} of {count} processors ({nodes})'
+        record.note(record.hog)
 
 
 def add_faults(record: Record, process: Process) -> None:
@@ -90,71 +112,27 @@ def add_faults(record: Record, process: Process) -> None:
         record.notes.append(process.exit_message())
 
 
-def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Split the arguments into options and the command that starts the graph."""
-    first, rest = __doc__.strip().split('\n\n', 1)
-    parser = argparse.ArgumentParser(
-        prog='referee', description=first.partition(': ')[2].capitalize(), epilog=rest,
-        usage='%(prog)s [options] [-- COMMAND ...]',
-        formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--namespace', default='', metavar='NAME', help='namespace of the graph')
-    for name, kind, text in (
-            ('profile', 'FILE', 'YAML file with other names for topics and services, and with '
-             'numbers that no node provides as parameters'),
-            ('json', 'FILE', 'write all results as JSON'),
-            ('page', 'FILE', 'write an HTML page with plots'),
-            ('summary', 'DIR', 'summarize all JSON files below a directory, but judge no graph'),
-            ('csv', 'FILE', 'write the summary or the class table as CSV')):
-        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
-    parser.add_argument(
-        '--class', type=Path, metavar='DIR', dest='classroom',
-        help='judge all workspaces in a directory (one per student), and write judged/*, '
-             'class.csv and class.html')
-    parser.add_argument('--hour', type=int, choices=HOURS,
-                        help='judge only the requirements for one hour of class')
-    parser.add_argument('--student', metavar='NAME', help='student name shown on the page')
-    parser.add_argument('--note', action='append', default=[], help=argparse.SUPPRESS)
-    parser.add_argument('--verbose', action='store_true', help='show the output of the command')
-    # `ros2 run` removes the "--" if it is the first argument.
-    parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
-    args = list(args)
-    split = args.index('--') if '--' in args else len(args)
-    options = parser.parse_args(args[:split])
-    for name in ('csv', 'json', 'page'):
-        path = getattr(options, name)
-        if path is not None and not path.parent.is_dir():
-            parser.error(f'--{name} {path}: the directory {path.parent} does not exist')
-    command = [*options.command, *args[split + 1:]]
-    if options.classroom and (options.summary or options.json or options.student):
-        parser.error('--class cannot be combined with --summary, --json or --student')
-    if options.classroom and not options.classroom.is_dir():
-        parser.error(f'--class {options.classroom} is not a directory')
-    if options.summary and (command or options.json):
-        parser.error('--summary cannot be combined with --json or a command')
-    if options.csv and not (options.summary or options.classroom):
-        parser.error('--csv requires --summary or --class')
-    return options, command
-
-
 def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: Sequence[str]
-          ) -> list[Judgment]:
-    """Judge a graph and write all reports, or raise RuntimeError if no graph was found."""
+          ) -> int:
+    """Judge a graph, write all reports and return the exit status, or raise RuntimeError."""
     begin = monotonic()
 
     def log(text: str) -> None:
         print(f'{monotonic() - begin:6.1f} s  {text}', file=sys.stderr, flush=True)
 
     with ExitStack() as stack:
-        if command and not os.environ.get('ROS_DOMAIN_ID'):
+        if command:
             restrict_to_localhost()
             os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
+        domain = os.environ.get('ROS_DOMAIN_ID') or '0'
+        log(f'judging ROS domain {domain}')
         record = observe(profile, options, command, log)
     record.notes = [*options.note, *record.notes]
     log('evaluating the measurements')
     judgments = rules.judge(record) if record.idle else []
     about: dict[str, Any] = {
         'student': options.student, 'date': strftime(report.DATE), 'command': shlex.join(command),
-        'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
+        'domain': domain, 'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
         'crashes': record.crashes, 'notes': record.notes, 'overload': record.stall_summary()}
     if options.json is not None:
         options.json.write_text(report.as_json(judgments, about), encoding='utf-8')
@@ -163,12 +141,15 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     if options.page is not None:
         options.page.write_text(report.page(judgments, about), encoding='utf-8')
     report.print_judgments(judgments, about)
-    return judgments
+    marks = {one.mark for one in judgments}
+    incomplete = FAILED not in marks and report.left_open(judgments) > MAX_OPEN
+    return 2 if incomplete or INTERRUPTED in record.notes else int(FAILED in marks)
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the referee and return the exit status."""
     options, command = parse(sys.argv[1:] if args is None else args)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM ends like Ctrl-C.
     profile = Profile()
     try:
         if options.profile is not None:
@@ -179,11 +160,9 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.summary is not None:
             return report.summarize(
                 options.summary, [rule.name for rule in rules], options.csv, options.page)
-        judgments = judge(rules, profile, options, command)
+        return judge(rules, profile, options, command)
     except KeyboardInterrupt:
         print('referee: interrupted', file=sys.stderr)
-        return 2
     except (OSError, RuntimeError, ValueError) as error:
         print(f'referee: {error}', file=sys.stderr)
-        return 2
-    return 1 if any(judgment.mark == FAILED for judgment in judgments) else 0
+    return 2

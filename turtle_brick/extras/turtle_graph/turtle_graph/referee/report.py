@@ -22,6 +22,7 @@ import json
 import os
 from pathlib import Path
 import sys
+from textwrap import shorten
 from typing import Any
 from urllib.parse import quote
 
@@ -31,6 +32,8 @@ from rich.text import Text
 from turtle_graph.client.record import OVERLOADED
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
+MAX_LENGTH, MAX_LINES = 400, 5
+"""Maximum number of characters per line and of faults per student in the terminal."""
 DATE = '%Y-%m-%d %H:%M %z'
 COLORS = {MET: 'green', FAILED: 'red', OPEN: 'yellow'}
 
@@ -61,6 +64,11 @@ def tally(marks: Iterable[str]) -> str:
     """Return the numbers of met, failed and open requirements as text."""
     count = Counter(marks)
     return f'{count[MET]} {MET} met, {count[FAILED]} {FAILED} failed, {count[OPEN]} {OPEN} open'
+
+
+def left_open(judgments: Iterable[Judgment]) -> int:
+    """Return the number of requirements that are open because of the load of the machine."""
+    return sum(one.mark == OPEN and OVERLOADED in one.measured for one in judgments)
 
 
 def result(judgment: Judgment) -> str:
@@ -126,9 +134,10 @@ def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> Non
         (one.mark, one.name, result(one), one.expected) for one in rows))
     print('', *(f'{one.mark} {one.name}: {result(one)}' for one in rows if one.mark != MET),
           tally(one.mark for one in judgments), sep='\n')
-    if about['overload']:
-        print(f'{about["overload"]}. These trials were not judged, so "0 {FAILED} failed" proves '
-              'little. Judge again on an idle machine.')
+    if count := left_open(judgments):
+        print(f'{count} {OPEN} open because {about["overload"]}: judge again on an idle machine')
+    judged = sum(one.mark != OPEN for one in judgments)
+    print(f'ROS domain {about["domain"]}: {judged} of {len(judgments)} requirements were judged')
 
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
@@ -209,6 +218,16 @@ def class_cells(row: dict[str, Any], address: str) -> list[object]:
             Html('<br>'.join([*map(escape, row['faults']), *causes])), row['open'], row['date']]
 
 
+def print_student(row: dict[str, Any]) -> None:
+    """Print the results of one student on a few lines."""
+    counts = ', '.join(f'{row[mark]} {mark}' for mark in COLORS)
+    lines = [f'{row["student"]}: {counts} ({row["date"]})',
+             *(f'  {FAILED} {shorten(fault, MAX_LENGTH)}' for fault in row['faults'][:MAX_LINES])]
+    for mark, text in ((FAILED, ', '.join(row['causes'])), (OPEN, row['open'])):
+        lines += [f'  {mark} {shorten(text, MAX_LENGTH)}'] if text else []
+    print(*lines, sep='\n')
+
+
 def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
               page_path: Path | None, students: Sequence[str] | None = None) -> int:
     """
@@ -228,7 +247,8 @@ def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | Non
             faults.append(f'skipped: {error}')
         if page_path is not None and own.exists():
             links[name] = quote(os.path.relpath(own, page_path.parent))
-    print_table(TITLES, [[row[title] for title in TITLES] for row in rows])
+    for row in rows:
+        print_student(row)
     if not rows and not faults:
         faults.append(f'there is no JSON file in {directory}')
     for fault in faults:

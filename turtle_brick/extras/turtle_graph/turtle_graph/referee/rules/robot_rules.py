@@ -16,14 +16,15 @@
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
-from math import asin, copysign, degrees, dist, hypot, isfinite
+from math import asin, copysign, degrees, dist, hypot, inf, isfinite
 from statistics import median
 from typing import Any
 
 import numpy
 from turtle_graph.client.geometry import angle_between, Array, CENTER, inclination, pose
-from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of, Received,
-                                        Record, Sample, SECONDS_PER_NS, stamp_of)
+from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of,
+                                        NS_PER_SECOND, Received, Record, Sample, SECONDS_PER_NS,
+                                        stamp_of)
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, Kind,
                                              largest, NEAR, number, Open, PHYSICS_RATE, Plot,
@@ -62,7 +63,7 @@ GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 
 def frame(record: Record, name: str, parent: str = '') -> Frame:
     """Return a frame, or raise Failed if the frame is absent or has the wrong parent."""
-    require_clear(record, name)
+    require_clear(record, name, f'frame {record.actual(name)}')
     found = require(record.frames.get(record.actual(name)), f'no node broadcasts {name}')
     parents = {sample.parent for sample in found.samples}
     if parent and parents != {record.actual(parent)}:
@@ -111,6 +112,7 @@ def odom_is_fixed(record: Record) -> Finding:
       ['frames: odom'])
 def base_link_is_the_turtle(record: Record) -> Finding:
     frame(record, 'base_link', 'odom')
+    require_clear(record, 'pose')
     off = []
     for end in (*(end for _, end in record.idle), *(drive.end for drive in record.drives)):
         poses = record.messages('pose', end - 200_000_000, end)
@@ -122,7 +124,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 
 @rule('frames: robot', "base_link has other child frames, as defined by the robot's urdf file",
       'every link of the URDF is a frame below base_link, and the wheel is on the ground',
-      ['rate: joint_states'])
+      ['joint_states: names', 'rate: joint_states'])
 def links_are_frames(record: Record) -> Finding:
     robot = model(record)
     found = from_faults([f'{link} is not in TF' for link in robot.links if link != 'base_link'
@@ -152,9 +154,9 @@ def brick_is_below_world(record: Record) -> Finding:
       'every frame has one broadcaster, and every timestamp is the current time')
 def one_broadcaster(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
+    require_clear(record, *(f'frame {name}' for name in record.frames))
     faults = [f'{name} has several broadcasters' for name, found in record.frames.items()
-              if found.on_both_topics
-              or sum(b < a for a, b in pairwise(found.sequence_numbers)) > 2]
+              if found.broadcasters > 1]
     wrong = [*(name for name, found in record.frames.items() if found.wrong_stamps),
              *(f'messages on {record.profile.topics[name]}' for name in ('odom', 'joint_states')
                if any(stamp_of(received) != nanoseconds_of(received.message.header.stamp)
@@ -179,7 +181,7 @@ def names_are_relative(record: Record) -> Finding:
 
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Compare the rate of a topic or frame with a nominal rate (Hz) in each observed interval."""
-    rates = []
+    rates, usual = [], []
     require_data(record.idle, 'the graph was not observed')
     for begin, end in (*record.idle, *record.driving):
         if name in record.topics:
@@ -188,12 +190,16 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         else:
             stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
         rates.append(message_rate([stamp * SECONDS_PER_NS for stamp in stamps]))
+        usual.append(NS_PER_SECOND / (median(numpy.diff(stamps)) if len(stamps) > 1 else inf))
     text = ', '.join(f'{rate:.2f} Hz {label}'
                      for rate, label in zip(rates, ('at rest', 'driving')))
     ending = f'/{record.profile.topics.get(name, name)}'
     for nodes in (found for topic, found in record.publishers.items() if topic.endswith(ending)):
         text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
-    return Finding(all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates), text)
+    # On a busy machine, messages may be lost, but the usual interval remains.
+    is_right = [[abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in found]
+                for found in (rates, usual)]
+    return Finding(all(is_right[0]), text, certain=not all(is_right[1]))
 
 
 for name in ('cmd_vel', 'odom', 'joint_states', 'base_link'):
@@ -244,11 +250,8 @@ def odometry_equals_tf(record: Record) -> Finding:
         there, stamp = pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)), stamp_of(odometry)
         first, last = numpy.searchsorted(stamps, (stamp - ODOM_DELAY_NS, stamp + ODOM_DELAY_NS))
         if first < last:
-            far = numpy.hypot(*(places[first:last] - there.position[:2]).T)
-            angles = numpy.hypot(*(headings[first:last] - there.axes[:2, 0]).T)
-            best = numpy.argmin(numpy.maximum(far / allowed, angles / SAME_ANGLE))
-            off.append(float(far[best]))
-            turned.append(float(angles[best]))
+            off.append(min(numpy.hypot(*(places[first:last] - there.position[:2]).T)))
+            turned.append(min(numpy.hypot(*(headings[first:last] - there.axes[:2, 0]).T)))
     require_data(off, 'there is no odometry message at the time of a transform')
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
     return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text,
@@ -286,7 +289,7 @@ def joints_are_published(record: Record) -> Finding:
 
 @rule('joint_states: velocity', 'based on the wheel radius and the forward velocity',
       f"0 at rest, with an integral within {VELOCITY_TOLERANCE:.0%} of the wheel's rotation",
-      kind=Kind.MAGNITUDE)
+      ['joint_states: names'], Kind.MAGNITUDE)
 def joints_have_their_velocity(record: Record) -> Finding:
     if not any(len(state.message.velocity) for state in messages(record, 'joint_states')):
         raise Open('no velocity is published, and none is required')
@@ -535,7 +538,7 @@ def stem_points_along(record: Record) -> Finding:
 @rule('tilt', 'The tilt angle … is set to the last message received on this topic',
       'the joint and TF have each requested angle', ['frames: robot', 'URDF: platform'])
 def platform_has_the_tilt(record: Record) -> Finding:
-    require_clear(record, 'tilt')
+    require_clear(record, 'tilt', 'pose', 'joint_states', f'frame {record.actual("platform")}')
     robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
     for request in require_data(record.tilts, 'the platform was not tilted'):
         require_accepted(request)
@@ -543,10 +546,11 @@ def platform_has_the_tilt(record: Record) -> Finding:
         stamp = request.end - BEFORE_NS
         platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)
         if not positions or platform is None or base is None:
-            raise Failed('the joint or the frame of the platform is not published')
+            continue
         angle = positions[-1][1]
         expected = base.axes @ robot.pose('platform', {joint.name: request.value}).upright
         off = angle_between(platform.upright, expected)
         met = met and abs(angle - request.value) <= SAME_ANGLE and off <= SAME_ANGLE
         texts.append(f'{request.value:g} rad: joint {angle:.3f}, TF {off:.3f} off')
+    require(texts or None, 'the joint or the frame of the platform is not published')
     return Finding(met, '; '.join(texts))

@@ -20,7 +20,6 @@ absent, and `Open` if the record is insufficient for a judgment.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
-import re
 from typing import Any, NamedTuple, TypeVar
 
 import numpy
@@ -42,9 +41,6 @@ BEFORE_NS = 100_000_000
 MAX_COUNT = 1000
 """Approximate maximum number of samples in one evaluation."""
 MET, FAILED, OPEN = '✔', '✗', '–'
-
-ONE = re.compile(r'(?<![\d.])1 ([a-z]+)s\b')
-"""Pattern for a plural noun after the number 1, such as '1 rides'."""
 
 
 class Kind(Enum):
@@ -119,7 +115,7 @@ class Rule(NamedTuple):
         try:
             with numpy.errstate(all='ignore'):
                 met, measured, plot, is_certain = self.judge(record)
-            mark, certain = MET if met else FAILED, certain or is_certain
+            mark, certain = MET if met else FAILED, certain or bool(is_certain)
         except Failed as error:
             mark, measured, absent = FAILED, str(error), isinstance(error, Absent)
         except Open as error:
@@ -129,19 +125,21 @@ class Rule(NamedTuple):
             mark = FAILED
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
         return Judgment(self.name, self.sentence, self.expected, mark, measured, plot,
-                        absent=absent, certain=certain or absent)
+                        absent=absent, certain=bool(certain or absent))
 
     def judge_under_load(self, record: Record, calm: Record) -> Judgment:
         """Judge a record. A failure that the load of the machine may explain is open."""
         found = self(record)
         if found.mark != FAILED:
             return found
-        if found.certain:  # The load may spoil a few trials, but not most of them.
-            marks = [self(trial).mark for trial in record.single_trials()] or [FAILED]
-            if marks.count(FAILED) >= max(marks.count(MET), 1):
-                return found
-        in_calm = self(calm)
-        if in_calm.mark == FAILED:
+        if self.kind == Kind.RATE and record.hog:
+            return found._replace(measured=f'{found.measured}; {record.hog}')
+        in_calm, is_rate = self(calm), self.kind == Kind.RATE
+        # The load may spoil a few trials, but not most of them.
+        trials = record if found.certain and not is_rate else calm
+        single = [self(trial) for trial in trials.single_trials()]
+        failed = sum(one.mark == FAILED and (one.certain or not is_rate) for one in single)
+        if failed >= max(sum(one.mark == MET for one in single), 1):
             return found
         if in_calm.mark == MET:
             return in_calm._replace(measured=f'{in_calm.measured}; in calm trials only')
@@ -162,18 +160,15 @@ class Rules(list[Rule]):
 
     def judge(self, record: Record) -> list[Judgment]:
         """Judge a record and return the failed, open and met requirements, in that order."""
-        if record.stall_summary():
-            calm = record.without_stalls()
-            judgments = [rule.judge_under_load(record, calm) for rule in self]
-        else:
-            judgments = [rule(record) for rule in self]
+        overload, calm = record.stall_summary(), record.without_stalls()
+        judgments = [rule.judge_under_load(record, calm) if overload else rule(record)
+                     for rule in self]
         causes = self.causes({one.name: one.measured for one in judgments if one.mark == FAILED})
         absent = {one.name for one in judgments if one.absent}
         crashed = {name for name, found in causes.items()
                    if record.crashes and absent.intersection([name, *found])}
         causes.update(dict.fromkeys(crashed, record.crashes))
-        judgments = [one._replace(measured=ONE.sub(r'1 \1', one.measured),
-                                  follows=causes.get(one.name, ())) for one in judgments]
+        judgments = [one._replace(follows=causes.get(one.name, ())) for one in judgments]
         lacks = '; '.join(filter(LACKS.search, record.crashes))
         if lacks:  # The graph may be correct in an environment that contains everything.
             judgments = [one._replace(mark=OPEN, measured=lacks, follows=())

@@ -1,0 +1,85 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+referee: judge an implementation of the assignment by its topics, services and TF.
+
+The referee sends the same commands as a user (goal_pose, tilt, place, drop). The referee reports
+the measured and expected results for each requirement of the assignment, and marks the requirement
+as met, failed or open. An open requirement could not be judged. To let the referee start and stop
+the graph, pass the launch command after "--":
+
+    ros2 run turtle_graph referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
+
+The exit status is 0 if no requirement failed, 1 if at least one failed, and 2 if the judgment is
+incomplete: it was interrupted, found no graph, or left more than ten requirements open because of
+the load of the machine.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+HOURS = {
+    1: ('frames', 'names', 'URDF', 'rate', 'odom'),
+    2: ('joint_states', 'drive: rolling', 'drive: stem', 'tilt'),
+    3: ('walls', 'brick', 'markers', 'place', 'drop', 'fall', 'slide'),
+    4: ('cmd_vel', 'drive: goal', 'drive: overshoot', 'drive: speed', 'drive: straight'),
+    5: ('verdict', 'text', 'carry', 'tip off', 'again')}
+"""Name prefixes of the requirements judged in each hour of class."""
+
+
+def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Split the arguments into options and the command that starts the graph."""
+    first, rest = __doc__.strip().split('\n\n', 1)
+    parser = argparse.ArgumentParser(
+        prog='referee', description=first.partition(': ')[2].capitalize(), epilog=rest,
+        usage='%(prog)s [options] [-- COMMAND ...]',
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--namespace', default='', metavar='NAME', help='namespace of the graph')
+    for name, kind, text in (
+            ('profile', 'FILE', 'YAML file with other names for topics and services, and with '
+             'numbers that no node provides as parameters'),
+            ('json', 'FILE', 'write all results as JSON'),
+            ('page', 'FILE', 'write an HTML page with plots'),
+            ('summary', 'DIR', 'summarize all JSON files below a directory, but judge no graph'),
+            ('csv', 'FILE', 'write the summary or the class table as CSV')):
+        parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
+    parser.add_argument(
+        '--class', type=Path, metavar='DIR', dest='classroom',
+        help='judge all workspaces in a directory (one per student), and write judged/*, '
+             'class.csv and class.html')
+    parser.add_argument('--hour', type=int, choices=HOURS,
+                        help='judge only the requirements for one hour of class')
+    parser.add_argument('--student', metavar='NAME', help='student name shown on the page')
+    parser.add_argument('--note', action='append', default=[], help=argparse.SUPPRESS)
+    parser.add_argument('--verbose', action='store_true', help='show the output of the command')
+    # `ros2 run` removes the "--" if it is the first argument.
+    parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    args = list(args)
+    split = args.index('--') if '--' in args else len(args)
+    options = parser.parse_args(args[:split])
+    for name in ('csv', 'json', 'page'):
+        path = getattr(options, name)
+        if path is not None and not path.parent.is_dir():
+            parser.error(f'--{name} {path}: the directory {path.parent} does not exist')
+    command = [*options.command, *args[split + 1:]]
+    if options.classroom and (options.summary or options.json or options.student):
+        parser.error('--class cannot be combined with --summary, --json or --student')
+    if options.classroom and not options.classroom.is_dir():
+        parser.error(f'--class {options.classroom} is not a directory')
+    if options.summary and (command or options.json):
+        parser.error('--summary cannot be combined with --json or a command')
+    if options.csv and not (options.summary or options.classroom):
+        parser.error('--csv requires --summary or --class')
+    return options, command
