@@ -1,0 +1,48 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test that the referee finds the fault of a broken graph, and no other fault."""
+
+from broken_graphs import BrokenGraph, FAULTS, LOADED, wrong_marks
+from live_graph import observe, PROGRAM
+import pytest
+from turtle_graph.referee.referee import RULES
+from turtle_graph.referee.rules.rule import FAILED, Judgment, MET
+
+NAMES = [fault.name for fault in FAULTS]
+
+
+@pytest.mark.parametrize('name', (
+    'wheel backward', 'odom without twist', 'walls 0.5 m off', 'text for 5 s'))
+def test_one_fault_is_found(name, domain_id):
+    fault = FAULTS[NAMES.index(name)]
+    with BrokenGraph(fault, domain_id) as graph:
+        graph.add_nodes()
+        record = observe(graph, program=PROGRAM)
+    assert wrong_marks(fault, RULES.judge(record), bool(record.stall_summary())) == []
+
+
+def test_the_table_contains_different_faults_of_existing_requirements():
+    assert len(set(NAMES)) == len(NAMES) > 24
+    assert set(LOADED) <= set(NAMES)
+    assert {name for fault in FAULTS for name in fault.fails} <= {rule.name for rule in RULES}
+
+
+def test_a_wrong_mark_is_reported():
+    fault = FAULTS[NAMES.index('wheel backward')]
+    rolling, place = (Judgment(name, '', '', FAILED, 'off') for name in (*fault.fails, 'place'))
+    assert wrong_marks(fault, [rolling, place._replace(mark=MET)], False) == []
+    assert wrong_marks(fault, [rolling, place._replace(follows=['drop'])], False) == []
+    assert wrong_marks(fault, [rolling, place], False) == ['false: place (off)']
+    assert wrong_marks(fault, [rolling._replace(mark=MET)], True) == [
+        'missing: drive: rolling (off)']
