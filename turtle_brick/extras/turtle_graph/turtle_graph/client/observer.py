@@ -36,7 +36,7 @@ FETCH_PERIOD = 0.02
 DISCOVERY_PERIOD = 0.5
 """Period (s) for discovering new topics."""
 MAX_READING, PAUSE = 0.5, 5.0
-"""Processor time (s) for reading a topic in one fetch, and the time (s) without reading after it."""
+"""Maximum processor time (s) for reading a topic in one fetch, and pause (s) after more time."""
 MAX_WAIT_NS = 100_000_000
 """Time (ns) without a processor after which the observer may have lost messages."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}

@@ -114,7 +114,8 @@ class Trial(GraphClient):
         calm = self.record.without_stalls()
         spoiled = [drop for drop, watch in self.watches.items() if watch not in calm.drops]
         missing = [(calm.idle or not self.is_at_rest(), self.rest),
-                   (calm.drives and calm.driving, self.drive), (calm.tilts, self.tilt), (not spoiled, lambda: self.drop_all(spoiled))]
+                   (calm.drives and calm.driving, self.drive), (calm.tilts, self.tilt),
+                   (not spoiled, lambda: self.drop_all(spoiled))]
         if not all(is_calm for is_calm, _ in missing):
             self.log('repeating trials because the machine was overloaded')
         for is_calm, trial in missing:

@@ -412,14 +412,16 @@ def model_has_the_numbers(record: Record) -> Finding:
 
 @rule('drive: goal', 'driving the robot toward the goal pose using cmd_vel messages',
       f'the robot stops within {PRECISION} m of its goal, in 8 directions',
-      ['drive: straight', 'drive: overshoot'])
+      ['drive: straight', 'drive: overshoot'], Kind.MAGNITUDE)
 def goals_are_reached(record: Record) -> Finding:
     off = []
     for drive in drives(record):
         poses = require(record.messages('pose', drive.begin, drive.end) or None,
                         'the robot was not observed')
         off.append(dist((poses[-1].message.x, poses[-1].message.y), drive.goal))
-    return within(PRECISION, off, '', 'at most {:.3f} m off in {} drives')
+    # On a busy machine, a drive may take longer than the referee waits.
+    return within(PRECISION, off, '', 'at most {:.3f} m off in {} drives')._replace(
+        certain=median(off) > PRECISION)
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:

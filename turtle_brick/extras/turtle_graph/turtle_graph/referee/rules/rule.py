@@ -139,7 +139,7 @@ class Rule(NamedTuple):
         trials = record if found.certain and not is_rate else calm
         single = [self(trial) for trial in trials.single_trials()]
         failed = sum(one.mark == FAILED and (one.certain or not is_rate) for one in single)
-        if failed >= max(sum(one.mark == MET for one in single), 1):
+        if failed > sum(one.mark == MET for one in single):
             return found
         if in_calm.mark == MET:
             return in_calm._replace(measured=f'{in_calm.measured}; in calm trials only')
