@@ -20,10 +20,10 @@ import runpy
 from typing import Any
 
 from installed import is_standin
-from isolation import (pytest_configure, pytest_keyboard_interrupt,  # noqa: F401
-                       pytest_unconfigure)
 import pytest
 from turtle_graph.client.domains import reserved_domain
+
+pytest_plugins = ['isolation']
 
 HERE = Path(__file__).parent
 

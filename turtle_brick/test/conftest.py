@@ -19,13 +19,13 @@ from pathlib import Path
 import subprocess
 from typing import Any
 
-from isolation import (domain_id, pytest_configure, pytest_keyboard_interrupt,  # noqa: F401
-                       pytest_unconfigure)
 import pytest
+
+pytest_plugins = ['isolation']
 
 
 @pytest.fixture
-def live(domain_id: int) -> Iterator[Any]:  # noqa: F811
+def live(domain_id: int) -> Iterator[Any]:
     """Provide LiveNodes in a ROS domain that only this test uses."""
     from live_nodes import LiveNodes
     with LiveNodes(domain_id) as live:
@@ -33,7 +33,7 @@ def live(domain_id: int) -> Iterator[Any]:  # noqa: F811
 
 
 @pytest.fixture
-def turtlesim(domain_id: int) -> Iterator[None]:  # noqa: F811
+def turtlesim(domain_id: int) -> Iterator[None]:
     """Run a holonomic turtlesim without a window in the ROS domain of a test."""
     from ament_index_python.packages import get_package_prefix
     program = Path(get_package_prefix('turtlesim'), 'lib', 'turtlesim', 'turtlesim_node')
