@@ -687,6 +687,16 @@ def test_a_graph_that_overloads_the_machine_is_to_blame_for_its_rates(hog, mark)
     assert found.mark == mark and hog in found.measured
 
 
+def test_the_load_explains_lost_messages():
+    record = make_record((drive,))
+    del record.topics['odom'][::10]
+    found, = judge(record, 'rate: odom')
+    assert found.mark == FAILED
+    record.stalls = [(at(1.0), at(1.1))]
+    found, = judge(record, 'rate: odom')
+    assert found.mark == OPEN and 'messages were lost' in found.measured
+
+
 def test_velocities_are_judged_only_if_they_are_published():
     record = make_record()
     for received in record.topics['joint_states']:

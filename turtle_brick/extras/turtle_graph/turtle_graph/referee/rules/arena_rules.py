@@ -28,8 +28,8 @@ from turtle_graph.client.geometry import (angle_between, ARENA_SIZE, Array, CENT
                                           distance_to_rectangle, inclination, Pose, pose)
 from turtle_graph.client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
                                         SECONDS_PER_NS)
-from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, Kind,
-                                             largest, NEAR, number, Open, PHYSICS_RATE, Plot,
+from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
+                                             NEAR, number, Open, PHYSICS_RATE, Plot,
                                              RATE_TOLERANCE, require, require_accepted,
                                              require_clear, require_data, Rules, SAME_ANGLE, thin,
                                              within)
@@ -266,7 +266,7 @@ def dropped(record: Record) -> list[DropWatch]:
 
 @rule('drop', 'After the service responds, the brick starts falling',
       f'the service responds, and the brick falls within {FALL_DELAY} s', ['place'],
-      Kind.MAGNITUDE)
+      firm=False)
 def bricks_are_dropped(record: Record) -> Finding:
     delays = []
     require_clear(record, 'place', 'drop', 'brick')
@@ -279,7 +279,7 @@ def bricks_are_dropped(record: Record) -> Finding:
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
       'the brick rests until one step before the response and moves only after the response',
-      ['drop', 'brick: hovers', 'fall: course'], Kind.MAGNITUDE)
+      ['drop', 'brick: hovers', 'fall: course'], firm=False)
 def response_comes_first(record: Record) -> Finding:
     moving, begins = [], []
     for fall in falls(record):
@@ -345,7 +345,7 @@ def falls(record: Record) -> list[MeasuredFall]:
 
 
 @rule('fall: acceleration', 'falling in gravity (using the specified gravity acceleration)',
-      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'], Kind.MAGNITUDE)
+      f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps', ['fall: course'], firm=False)
 def falls_have_the_acceleration(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), falls(record)
     values = [fall.acceleration for fall in found]
@@ -360,7 +360,7 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 @rule('fall: course', 'the brick starts falling in gravity',
       f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down',
-      ['frames: broadcasters'], Kind.MAGNITUDE)
+      ['frames: broadcasters'], firm=False)
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = largest(fall.off for fall in found)
@@ -391,10 +391,10 @@ def judge_landing(record: Record, caught: bool) -> Finding:
 
 rule('fall: ground', 'If the brick hits … the ground it stops falling',
      'the bottom of the brick stops on the ground',
-     ['fall: acceleration'], Kind.MAGNITUDE)(partial(judge_landing, caught=False))
+     ['fall: acceleration'], firm=False)(partial(judge_landing, caught=False))
 rule('fall: platform', 'If the brick hits the platform … it stops falling',
      'the bottom of the brick stops on the top of the platform',
-     ['fall: acceleration', 'URDF: numbers'], Kind.MAGNITUDE)(partial(judge_landing, caught=True))
+     ['fall: acceleration', 'URDF: numbers'], firm=False)(partial(judge_landing, caught=True))
 
 
 def catches(record: Record) -> list[DropWatch]:
@@ -406,7 +406,7 @@ def catches(record: Record) -> list[DropWatch]:
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
       f'the brick keeps its place on the platform within {NEAR} m while the robot is at rest, and '
       f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot', 'place'],
-      Kind.MAGNITUDE)
+      firm=False)
 def brick_rides(record: Record) -> Finding:
     rest, moving, landing = [], [], []
     for drop in catches(record):
@@ -429,7 +429,7 @@ def brick_rides(record: Record) -> Finding:
 
 
 @rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
-      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses', kind=Kind.MAGNITUDE)
+      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses', firm=False)
 def brick_has_the_angle(record: Record) -> Finding:
     off, level = [], 0
     for begin, end in record.trial_spans():
@@ -472,7 +472,7 @@ def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
       f'g sin(angle) down the slope, within {SLIDE_DEVIATION} m',
-      ['fall: acceleration', 'brick: rides'], Kind.MAGNITUDE)
+      ['fall: acceleration', 'brick: rides'], firm=False)
 def slides_are_frictionless(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), []
     for drop in catches(record):
@@ -490,7 +490,7 @@ def slides_are_frictionless(record: Record) -> Finding:
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
       'the slide stays on the plane of the platform and ends when the trailing edge has cleared '
-      'the platform', ['slide: law'], Kind.MAGNITUDE)
+      'the platform', ['slide: law'], firm=False)
 def slides_end_at_the_edge(record: Record) -> Finding:
     radius, clearances, heights = number(record, 'platform_radius'), [], []
     for drop in catches(record):
@@ -536,7 +536,7 @@ def name_of(drop: DropWatch) -> str:
 
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
       'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'],
-      Kind.MAGNITUDE)
+      firm=False)
 def verdicts_come_in_time(record: Record) -> Finding:
     # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
@@ -551,7 +551,7 @@ def verdicts_come_in_time(record: Record) -> Finding:
 
 @rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
       'a brick is caught if and only if it was not called Unreachable',
-      ['verdict: out of reach', 'verdict: in reach'], Kind.MAGNITUDE)
+      ['verdict: out of reach', 'verdict: in reach'], firm=False)
 def verdicts_come_true(record: Record) -> Finding:
     drops = completed(record)
     return from_faults([
@@ -588,7 +588,7 @@ def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
 
 
 @rule('text: time', 'a Text marker that lasts for 3 seconds',
-      f'{LIFETIME:g} s ± {LIFETIME_TOLERANCE} s, once per fall', ['text: kind'], Kind.MAGNITUDE)
+      f'{LIFETIME:g} s ± {LIFETIME_TOLERANCE} s, once per fall', ['text: kind'], firm=False)
 def text_lasts(record: Record) -> Finding:
     begins = [*(drop.begin for drop in require_data(record.drops, 'nothing was dropped')), inf]
     texts_per_fall = [[received for received in texts(record)
@@ -603,7 +603,7 @@ def text_lasts(record: Record) -> Finding:
 
 @rule('carry', 'the robot drives back to the arena center and tilts the brick off',
       f'the platform is tilted within {CENTER_DISTANCE} m of the center',
-      ['drive: goal', 'brick: rides'], Kind.MAGNITUDE)
+      ['drive: goal', 'brick: rides'], firm=False)
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
     off = []
     for drop in catches(record):
@@ -623,7 +623,7 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
       'each brick within reach is caught', ['verdict: in time', 'drive: goal'],
-      Kind.MAGNITUDE)
+      firm=False)
 def reachable_bricks_are_caught(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.should_be_caught)
     return from_faults([

@@ -19,7 +19,6 @@ absent, and `Open` if the record is insufficient for a judgment.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from enum import Enum
 from typing import Any, NamedTuple, TypeVar
 
 import numpy
@@ -41,14 +40,6 @@ BEFORE_NS = 100_000_000
 MAX_COUNT = 1000
 """Approximate maximum number of samples in one evaluation."""
 MET, FAILED, OPEN = '✔', '✗', '–'
-
-
-class Kind(Enum):
-    """What a failed requirement says about the graph if the machine was overloaded."""
-
-    FIRM = 'names, structure, directions and positions at rest do not depend on the load'
-    RATE = 'only a graph that itself overloads the machine is to blame'
-    MAGNITUDE = 'a time, a rate or a distance may be wrong because of the load'
 
 
 class Failed(Exception):
@@ -107,11 +98,11 @@ class Rule(NamedTuple):
     expected: str
     judge: Judge
     depends_on: Sequence[str]  # Requirements that must be met before this one can be met.
-    kind: Kind = Kind.FIRM
+    firm: bool = True  # Whether the load of the machine can never explain a failure.
 
     def __call__(self, record: Record) -> Judgment:
         """Judge a record, ignoring whether the machine was overloaded."""
-        plot, absent, certain = None, False, self.kind == Kind.FIRM
+        plot, absent, certain = None, False, self.firm
         try:
             with numpy.errstate(all='ignore'):
                 met, measured, plot, is_certain = self.judge(record)
@@ -130,31 +121,26 @@ class Rule(NamedTuple):
     def judge_under_load(self, record: Record, calm: Record) -> Judgment:
         """Judge a record. A failure that the load of the machine may explain is open."""
         found = self(record)
-        if found.mark != FAILED:
-            return found
-        if self.kind == Kind.RATE and record.hog:
-            return found._replace(measured=f'{found.measured}; {record.hog}')
-        in_calm, is_rate = self(calm), self.kind == Kind.RATE
-        # The load may spoil a few trials, but not most of them.
-        trials = record if found.certain and not is_rate else calm
-        single = [self(trial) for trial in trials.single_trials()]
-        failed = sum(one.mark == FAILED and (one.certain or not is_rate) for one in single)
-        if failed > sum(one.mark == MET for one in single):
-            return found
-        if in_calm.mark == MET:
+        if found.mark == FAILED:  # The load may spoil a few trials, but not most of them.
+            trials = record if found.certain else calm
+            marks = [self(trial).mark for trial in trials.single_trials()]
+            if marks.count(FAILED) > marks.count(MET):
+                return found
+            found = found._replace(
+                mark=OPEN, measured=f'{found.measured}; not judged: {record.stall_summary()}')
+        if found.mark == OPEN and (in_calm := self(calm)).mark == MET:
             return in_calm._replace(measured=f'{in_calm.measured}; in calm trials only')
-        return found._replace(mark=OPEN,
-                              measured=f'{found.measured}; not judged: {record.stall_summary()}')
+        return found
 
 
 class Rules(list[Rule]):
     """A list of rules to apply to a record."""
 
     def rule(self, name: str, sentence: str, expected: str,
-             depends_on: Sequence[str] = (), kind: Kind = Kind.FIRM) -> Callable[[Judge], Judge]:
+             depends_on: Sequence[str] = (), firm: bool = True) -> Callable[[Judge], Judge]:
         """Return a decorator that adds a function to this list as a Rule with the given fields."""
         def add(judge: Judge) -> Judge:
-            self.append(Rule(name, sentence, expected, judge, depends_on, kind))
+            self.append(Rule(name, sentence, expected, judge, depends_on, firm))
             return judge
         return add
 
