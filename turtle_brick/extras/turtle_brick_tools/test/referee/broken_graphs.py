@@ -264,7 +264,8 @@ FAULTS = (
         'publish catcher_marker': put('lifetime.sec', lambda _: 5)}, firm=True),
     Fault('other text', ['text: kind'], CATCHER, {
         'publish catcher_marker': put('text', str.lower)}, firm=True),
-    Fault('no text', ['verdict: in time'], CATCHER, {'publish catcher_marker': keep(0, 1)}),
+    Fault('no text', ['verdict: in time', 'verdict: out of reach'], CATCHER, {
+        'publish catcher_marker': keep(0, 1)}),
     Fault('text for bricks in reach', ['verdict: in reach'], CATCHER,
           parameters={'command_latency': 0.6}))
 

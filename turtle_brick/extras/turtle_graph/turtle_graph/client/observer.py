@@ -35,8 +35,9 @@ FETCH_PERIOD = 0.02
 """Period (s) for fetching messages."""
 DISCOVERY_PERIOD = 0.5
 """Period (s) for discovering new topics."""
-MAX_READING, PAUSE = 0.5, 5.0
-"""Maximum processor time (s) for reading a topic in one fetch, and pause (s) after more time."""
+MAX_READING, FEW, PAUSE = 0.2, 100, 5.0
+"""Processor time (s) that fewer than FEW messages may take, and the pause (s) in reading after more
+time."""
 MAX_WAIT_NS = 100_000_000
 """Time (ns) without a processor after which the observer may have lost messages."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
@@ -147,8 +148,8 @@ class PollingNode(Node):
         for subscription, callback in self._callbacks:
             name, begin = subscription.topic_name, thread_time()
             with subscription.handle:
-                for _ in range(DEPTH):
-                    if thread_time() - begin > MAX_READING:
+                for number in range(DEPTH):
+                    if number < FEW and thread_time() - begin > MAX_READING:
                         self._paused[name] = monotonic() + PAUSE
                     skip = monotonic() < self._paused.get(name, 0.0)
                     taken = subscription.handle.take_message(subscription.msg_type, skip)

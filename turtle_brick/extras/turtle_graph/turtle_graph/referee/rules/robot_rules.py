@@ -190,8 +190,9 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
             stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
         rates.append(message_rate([stamp * SECONDS_PER_NS for stamp in stamps]))
         usual.append(NS_PER_SECOND / (median(numpy.diff(stamps)) if len(stamps) > 1 else inf))
+    labels = ['at rest'] * len(record.idle) + ['driving'] * len(record.driving)
     text = ', '.join(f'{rate:.2f} Hz {label}'
-                     for rate, label in zip(rates, ('at rest', 'driving')))
+                     for rate, label in zip(rates, labels))
     ending = f'/{record.profile.topics.get(name, name)}'
     for nodes in (found for topic, found in record.publishers.items() if topic.endswith(ending)):
         text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
