@@ -36,8 +36,7 @@ FETCH_PERIOD = 0.02
 DISCOVERY_PERIOD = 0.5
 """Period (s) for discovering new topics."""
 MAX_READING, FEW, PAUSE = 0.2, 100, 5.0
-"""Processor time (s) that fewer than FEW messages may take, and the pause (s) in reading after more
-time."""
+"""Processor time (s) that fewer than FEW messages may take, and the pause (s) after more time."""
 MAX_WAIT_NS = 100_000_000
 """Time (ns) without a processor after which the observer may have lost messages."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}

@@ -84,7 +84,7 @@ def drives(record: Record) -> list[Drive]:
 
 
 @rule('frames: world', 'All other frames are descendants of world',
-      'every frame is a descendant of world', ['frames: odom', 'frames: brick'])
+      'every frame is a descendant of world', ['frames: odom', 'frames: brick', 'frames: robot'])
 def all_below_world(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
     found = from_faults([f'{name} is not below world' for name in record.frames
