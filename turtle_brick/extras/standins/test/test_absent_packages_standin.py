@@ -19,7 +19,6 @@ from pathlib import Path
 import re
 import subprocess
 
-from ament_index_python.packages import get_package_prefix
 from geometry_msgs.msg import (Point32, PointStamped, PolygonStamped, Pose, PoseStamped,
                                PoseWithCovarianceStamped, TransformStamped, TwistStamped,
                                Vector3Stamped)
@@ -98,13 +97,6 @@ def test_a_package_that_the_environment_lacks_is_explained():
         import_module('rqt_gui')
     with pytest.raises(ModuleNotFoundError, match="^No module named 'rospy'"):
         import_module('rospy')
-
-
-def test_tf2_monitor_is_explained():
-    program = Path(get_package_prefix('tf2_ros'), 'lib/tf2_ros/tf2_monitor')
-    done = subprocess.run([program, 'world', 'base_link'], text=True, capture_output=True)
-    assert done.returncode == 1
-    assert done.stderr.startswith('tf2_monitor is not in the stand-in for tf2_ros. Use "ros2 run')
 
 
 @pytest.mark.parametrize('package, sentence', [
