@@ -54,6 +54,7 @@ NOT_RUN = {
     'python3 turtle_brick/scripts/website --local': 'it requires npm; test_website.py runs it',
     'python3 -m http.server': 'it uses a fixed port',
     'ros2 run turtle_brick own_node': 'it requires a change of setup.py',
+    'ros2 launch my_package': 'it requires the package that another test creates',
     r'ros2 run turtle_brick_tools lesson \w': 'it is part of the complete lesson',
 }
 """Patterns for commands that the test does not run, with reasons."""
@@ -253,3 +254,29 @@ def test_own_node_fits_into_the_list_of_console_scripts():
     scripts = re.search(r"'console_scripts': \[\n(.*?) +\]", setup, re.S)[1]
     line = block('changing.md', 'python', 'own_node:main')
     assert re.fullmatch(r"( {12}'\w+ = [\w.]+:main',\n)+", scripts + line)
+
+
+def test_own_package_starts_with_the_arena(tmp_path):
+    """The steps in the section "Your own package" lead to a node that drops bricks."""
+    create = next(command for command in COMMANDS if re.match('ros2 pkg create .* ', command))
+    status, output = run(create, 0, tmp_path)
+    assert status == 0, output
+    package = tmp_path / 'my_package'
+    (package / 'my_package/own_node.py').write_text(
+        block('changing.md', 'python', 'class OwnNode'))
+    (package / 'launch').mkdir()
+    (package / 'launch/own.launch.py').write_text(
+        block('changing.md', 'python', "executable='own_node'"))
+    setup = (package / 'setup.py').read_text()
+    manifest = "        ('share/' + package_name, ['package.xml']),\n"
+    assert manifest in setup
+    (package / 'setup.py').write_text(setup.replace(
+        manifest, manifest + block('changing.md', 'python', "'launch/own.launch.py'")))
+    status, output = run('colcon build', 0, tmp_path)
+    assert status == 0, output
+    command = 'source install/local_setup.bash && exec ros2 launch my_package own.launch.py'
+    with reserved_domain() as domain, started(
+            f'bash -c "{command} view:=none"', domain, tmp_path) as process:
+        process.wait_for_output(LASTING['python3 own_node.py'], TIMEOUT)
+        interrupt(process)
+        assert 'Traceback' not in process.output
