@@ -54,7 +54,7 @@ import yaml
 ROBOT, ARENA, CATCHER, PUBLISHER = 'TurtleRobot', 'Arena', 'CatcherNode', 'RobotStatePublisher'
 """Class names of the nodes."""
 REFEREE = 'import sys; from turtle_graph.referee.referee import main; sys.exit(main())'
-"""Python code that runs the referee."""
+RATES = ('cmd_vel', 'joint_states', 'odom')
 STEM, WHEEL, TILT = range(3)
 """Indices of the joints in joint_states."""
 
@@ -230,12 +230,11 @@ FAULTS = (
     Fault('tilt about x', ['tilt'], PUBLISHER, {'publish /tf': edit(tilt_about_x)}, firm=True),
     Fault('joint with another name', ['joint_states: names'], ROBOT, {
         'publish joint_states': put('name', lambda names: ['stem', *names[1:]])}, firm=True),
-    # The odometry contains the twists of commands that are not published, too.
-    Fault('90 Hz', ['odom: twist', 'rate: base_link', 'rate: cmd_vel', 'rate: joint_states',
-                    'rate: odom'], ROBOT, {f'publish {topic}': keep(9, 10) for topic in (
-                        '/tf', 'cmd_vel', 'joint_states', 'odom')}),
-    Fault('cmd_vel at 60 Hz', ['odom: twist', 'rate: cmd_vel'], ROBOT, {
-        'publish cmd_vel': keep(3, 5)}),
+    # The odometry also contains the twists of commands that are not published.
+    Fault('90 Hz', ['odom: twist', *(f'rate: {name}' for name in ('base_link', *RATES))], ROBOT, {
+        f'publish {topic}': keep(9, 10) for topic in ('/tf', *RATES)}),
+    Fault('cmd_vel at 60 Hz', ['odom: twist', 'rate: cmd_vel'], ROBOT,
+          {'publish cmd_vel': keep(3, 5)}),
     Fault('cmd_vel is not 0 at rest', ['cmd_vel: at rest'], ROBOT, {
         'publish cmd_vel': put('angular.z', lambda _: 1e-7)}, firm=True),
     Fault('odom mirrored', ['odom: pose'], ROBOT, {

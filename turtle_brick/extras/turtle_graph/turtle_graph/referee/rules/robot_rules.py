@@ -16,14 +16,14 @@
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
-from math import asin, copysign, degrees, dist, hypot, inf, isfinite
+from math import asin, copysign, degrees, dist, hypot, isfinite
 from statistics import median
 from typing import Any
 
 import numpy
 from turtle_graph.client.geometry import angle_between, Array, CENTER, inclination, pose
-from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of, NS_PER_SECOND,
-                                        Received, Record, Sample, SECONDS_PER_NS, stamp_of)
+from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of, Received,
+                                        Record, Sample, SECONDS_PER_NS, stamp_of)
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
                                              NEAR, number, Open, PHYSICS_RATE, Plot,
@@ -108,7 +108,7 @@ def odom_is_fixed(record: Record) -> Finding:
 
 @rule('frames: base_link', "The turtle's location relative to odom is … its wheel odometry",
       f'base_link is a child of odom and, at rest, within {NEAR} m of the turtle in turtlesim',
-      ['frames: odom'])
+      ['frames: odom'], firm=False)
 def base_link_is_the_turtle(record: Record) -> Finding:
     frame(record, 'base_link', 'odom')
     require_clear(record, 'pose')
@@ -180,7 +180,7 @@ def names_are_relative(record: Record) -> Finding:
 
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Compare the rate of a topic or frame with a nominal rate (Hz) in each observed interval."""
-    rates, usual = [], []
+    rates, spans = [], record.trial_spans()
     require_data(record.idle, 'the graph was not observed')
     for begin, end in (*record.idle, *record.driving):
         if name in record.topics:
@@ -189,7 +189,6 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         else:
             stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
         rates.append(message_rate([stamp * SECONDS_PER_NS for stamp in stamps]))
-        usual.append(NS_PER_SECOND / (median(numpy.diff(stamps)) if len(stamps) > 1 else inf))
     labels = ['at rest'] * len(record.idle) + ['driving'] * len(record.driving)
     text = ', '.join(f'{rate:.2f} Hz {label}'
                      for rate, label in zip(rates, labels))
@@ -198,10 +197,11 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
     if record.hog:
         text += f'; {record.hog}'
-    met, usually_met = (all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in found)
-                        for found in (rates, usual))
-    if usually_met and not met and not record.hog and (overload := record.stall_summary()):
-        raise Open(f'{text}; messages were lost because {overload}')
+    met = all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates)
+    # On a busy machine, nodes that need more time than turtlesim skip messages before turtlesim.
+    calm_count = sum(record.is_calm(*span) for span in spans)
+    if not met and not record.hog and calm_count < len(spans) / 2:
+        raise Open(f'{text}; not judged: {record.stall_summary()}')
     return Finding(met, text, certain=bool(record.hog))
 
 
@@ -268,10 +268,13 @@ def twist_is_command(record: Record) -> Finding:
     equal = []
     for drive in drives(record):
         for odometry in thin(record.messages('odom', drive.begin, drive.end)):
-            recent = record.messages('cmd_vel', odometry.published - COMMAND_AGE_NS,
-                                     odometry.published + COMMAND_AGE_NS)
             twist = velocity(odometry.message.twist)
-            equal.append(any(dist(twist, velocity(command.message)) < 1e-6 for command in recent))
+            commands = [velocity(command.message) for command in record.messages(
+                'cmd_vel', odometry.published - COMMAND_AGE_NS,
+                odometry.published + COMMAND_AGE_NS)]
+            if any(map(any, (twist, *commands))):
+                equal.append(any(dist(twist, command) < 1e-6 for command in commands))
+    require_data(equal, 'the robot did not move')
     return Finding(sum(equal) >= 0.99 * len(equal),
                    f'equal in {sum(equal)} of {len(equal)} messages',
                    certain=sum(equal) < 0.5 * len(equal))
@@ -422,9 +425,7 @@ def goals_are_reached(record: Record) -> Finding:
         poses = require(record.messages('pose', drive.begin, drive.end) or None,
                         'the robot was not observed')
         off.append(dist((poses[-1].message.x, poses[-1].message.y), drive.goal))
-    # On a busy machine, a drive may take longer than the referee waits.
-    return within(PRECISION, off, '', 'at most {:.3f} m off in {} drives')._replace(
-        certain=median(off) > PRECISION)
+    return within(PRECISION, off, '', 'at most {:.3f} m off in {} drives')
 
 
 def deviations(record: Record) -> Iterator[tuple[float, float]]:
@@ -557,5 +558,7 @@ def platform_has_the_tilt(record: Record) -> Finding:
         off = angle_between(platform.upright, expected)
         met = met and abs(angle - request.value) <= SAME_ANGLE and off <= SAME_ANGLE
         texts.append(f'{request.value:g} rad: joint {angle:.3f}, TF {off:.3f} off')
+    if not texts and record.stall_summary():
+        raise Open(f'the platform was not observed; {record.stall_summary()}')
     require(texts or None, 'the joint or the frame of the platform is not published')
     return Finding(met, '; '.join(texts))
