@@ -274,7 +274,8 @@ MAY_DIFFER = (
     (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
     (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
     (r'WARNING: topic .* does not appear to be published yet\n(?=average|Subscribed)', ''),
-    ('[KM]?B/s from', 'B/s from'),  # The unit depends on the messages that have already arrived.
+    # The unit depends on the messages that have already arrived.
+    (r'(?<=[\dN]) [KM]?B\b', ' B'),
     (r'A message was lost!!!\n.*\n.*---\n', ''),
     (r'no new messages\n', ''),  # `ros2 topic delay` prints this line on a busy machine.
     (r'\nThis is a stand-in for ros2cli.*\n', ''),

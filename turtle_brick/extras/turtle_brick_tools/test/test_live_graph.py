@@ -60,3 +60,7 @@ def test_rate_ignores_late_messages_but_not_missing_ones(rate):
         assert rate(late) == pytest.approx(100.0, rel=0.001)
     kept = [time for number, time in enumerate(times) if number % 50]
     assert rate(kept) == pytest.approx(98.0, rel=0.002)
+
+
+def test_messages_in_the_wrong_order_have_no_rate():
+    assert message_rate([2.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.1]) == 0.0

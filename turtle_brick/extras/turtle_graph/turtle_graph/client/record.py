@@ -326,7 +326,7 @@ def message_rate(times: Sequence[float]) -> float:
     # On a busy machine, messages may be late but never early. The rate is therefore measured
     # between the least delayed messages in the first third and in the last third of all messages.
     count = len(times)
-    if count < 6 or times[-1] <= times[0]:
+    if count < 6:
         return 0.0
     period = (times[-1] - times[0]) / (count - 1)
 
@@ -335,7 +335,8 @@ def message_rate(times: Sequence[float]) -> float:
 
     first = min(range(count // 3), key=lateness)
     last = min(range(count - count // 3, count), key=lateness)
-    return (last - first) / (times[last] - times[first])
+    elapsed = times[last] - times[first]
+    return (last - first) / elapsed if elapsed > 0.0 else 0.0
 
 
 def rest_start(track: Sequence[tuple[int, Any]], tolerance: float, duration: int) -> int | None:
