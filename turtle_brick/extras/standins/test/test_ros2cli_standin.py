@@ -226,8 +226,9 @@ def test_view_frames_writes_the_tree_of_an_old_style_publisher(outcomes, domain_
     publisher = start(['ros2', 'run', 'tf2_ros', 'static_transform_publisher',
                        *'0 -1.5 0 0 0 0 1 world odom'.split()], domain_id)
     assert publisher.wait_for(lambda: 'translation' in publisher.error)
-    start(['ros2', 'run', 'tf2_tools', 'view_frames', '-t', '5', '-o', f'{tmp_path}/frames'],
-          domain_id).end()
+    viewer = start(['ros2', 'run', 'tf2_tools', 'view_frames', '-t', '5',
+                    '-o', f'{tmp_path}/frames'], domain_id)
+    viewer.end()
     publisher.send('SIGINT', 'group')
     publisher.end()
     assert 'Old-style arguments are deprecated; see --help for new-style arguments' in (

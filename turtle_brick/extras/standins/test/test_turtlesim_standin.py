@@ -172,6 +172,7 @@ def test_rotation_reports_its_progress_and_ends_at_the_goal(poses, rotate):
 
 def test_rotation_ends_when_canceled_replaced_or_overridden(live, turtlesim, poses, rotate):
     send, outcome, get = rotate
+    commands = live.publisher('turtle1/cmd_vel', Twist)
     goal = send(3.0)
     wait_for_pose(live, poses, lambda pose: pose.theta > 0.1, 'the rotation')
     get(goal.cancel_goal_async())
@@ -181,7 +182,7 @@ def test_rotation_ends_when_canceled_replaced_or_overridden(live, turtlesim, pos
     wait_for_pose(live, poses, lambda pose: pose.angular_velocity == 0.0, 'the end')
     first, second = send(3.0), send(-3.0)
     assert outcome(first)[0] == GoalStatus.STATUS_ABORTED
-    live.publisher('turtle1/cmd_vel', Twist).publish(Twist(linear=Vector3(x=1.0)))
+    commands.publish(Twist(linear=Vector3(x=1.0)))
     assert outcome(second)[0] == GoalStatus.STATUS_ABORTED
     for message in ('Rotation goal canceled', 'Rotation goal received before a previous goal',
                     'Velocity command received during rotation goal. Aborting goal'):
