@@ -26,7 +26,7 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from robot_state_publisher.xml_reader import parse_xml
-from tf2_ros.buffer_core import compose, Transform
+from tf2_ros.buffer_core import compose, IDENTITY, Transform
 import yaml
 
 Warn = Callable[[str], None]
@@ -59,7 +59,7 @@ class Joint(NamedTuple):
 
     def pose(self, position: float) -> Transform:
         """Return the pose of the child link in the parent frame at a joint position (rad or m)."""
-        motion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+        motion = IDENTITY
         if self.kind in ROTATING:
             motion = turn(self.axis, position)
         elif self.kind == 'prismatic':

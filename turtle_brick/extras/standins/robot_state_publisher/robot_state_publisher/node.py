@@ -45,7 +45,7 @@ from robot_state_publisher.description import FIXED, Joint, MOVING, parse
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
-from tf2_ros.buffer_core import canonical, Transform
+from tf2_ros.buffer_core import fill, stamped
 from turtle_graph.client.run_node import run_node
 
 
@@ -127,17 +127,8 @@ class RobotStatePublisher(Node):
         return [(joint, *source, self._transform(joint)) for joint, source in moving]
 
     def _transform(self, joint: Joint) -> TransformStamped:
-        transform = TransformStamped(child_frame_id=self._prefix + joint.child)
-        transform.header.frame_id = self._prefix + joint.parent
-        fill(transform, joint.pose(0.0))
-        return transform
-
-
-def fill(message: TransformStamped, pose: Transform) -> None:
-    """Write a pose (m and quaternion) to a message."""
-    t, r = message.transform.translation, message.transform.rotation
-    t.x, t.y, t.z = pose[:3]
-    r.x, r.y, r.z, r.w = canonical(*pose[3:])
+        return stamped(self._prefix + joint.parent, self._prefix + joint.child, 0,
+                       joint.pose(0.0))
 
 
 def make_node() -> RobotStatePublisher:

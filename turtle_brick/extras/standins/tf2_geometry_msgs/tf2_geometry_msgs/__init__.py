@@ -20,7 +20,7 @@ from geometry_msgs.msg import (Point, Point32, PointStamped, Polygon, PolygonSta
                                TransformStamped, Vector3, Vector3Stamped)
 import numpy as np
 from tf2_ros import TransformRegistration
-from tf2_ros.buffer_core import canonical, compose, Transform
+from tf2_ros.buffer_core import canonical, compose, IDENTITY, Transform
 
 
 def rotation_of(transform: TransformStamped) -> Transform:
@@ -28,7 +28,7 @@ def rotation_of(transform: TransformStamped) -> Transform:
     q = transform.transform.rotation
     length = hypot(q.x, q.y, q.z, q.w)
     if not length:
-        return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+        return IDENTITY
     return (0.0, 0.0, 0.0, q.x / length, q.y / length, q.z / length, q.w / length)
 
 
@@ -56,8 +56,7 @@ def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -
 
 def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
     q = pose.orientation
-    inner = (0.0, 0.0, 0.0, q.x, q.y, q.z, q.w) if any((q.x, q.y, q.z, q.w)) else (
-        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+    inner = (0.0, 0.0, 0.0, q.x, q.y, q.z, q.w) if any((q.x, q.y, q.z, q.w)) else IDENTITY
     x, y, z, w = canonical(*compose(rotation_of(transform), inner)[3:])
     sign = -1.0 if w < 0.0 else 1.0
     return Pose(position=Point(**move(transform, pose.position)),

@@ -40,7 +40,7 @@ Entry = tuple[str, float, float, float, float, float, float, float]
 _NS_PER_SECOND = 1_000_000_000
 _MAX_DEPTH = 1000
 """Maximum number of frames on a path to the root. A longer path is treated as a loop."""
-_IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class TransformException(Exception):
@@ -264,7 +264,7 @@ class BufferCore:
                 cache = self._frames.get(target_frame)
                 if nanoseconds == 0 and cache is not None:
                     nanoseconds, _ = cache.latest()
-                return stamped(target_frame, source_frame, nanoseconds, _IDENTITY)
+                return stamped(target_frame, source_frame, nanoseconds, IDENTITY)
             self._check('target_frame', target_frame)
             self._check('source_frame', source_frame)
             return stamped(target_frame, source_frame,
@@ -357,7 +357,7 @@ class BufferCore:
     def _climb(self, frame: str, goal: str, other: str, time: int
                ) -> tuple[str, Transform, NoDataError | None]:
         """Climb to an ancestor. Return the ancestor, the pose of `frame` in it, and any error."""
-        pose = _IDENTITY
+        pose = IDENTITY
         for _ in range(_MAX_DEPTH + 1):
             cache = self._frames[frame]
             if frame == goal or frame == other or cache is None:
@@ -366,7 +366,7 @@ class BufferCore:
                 entry = cache.get(time)
             except NoDataError as gap:
                 return frame, pose, gap
-            pose = entry[1:] if pose is _IDENTITY else compose(entry[1:], pose)
+            pose = entry[1:] if pose is IDENTITY else compose(entry[1:], pose)
             frame = entry[0]
         raise self._loop()
 
@@ -413,7 +413,12 @@ def stamped(target_name: str, source_name: str, time: int, transform: Transform
     message = TransformStamped(child_frame_id=source_name)
     message.header.frame_id = target_name
     message.header.stamp.sec, message.header.stamp.nanosec = divmod(time, _NS_PER_SECOND)
+    fill(message, transform)
+    return message
+
+
+def fill(message: TransformStamped, transform: Transform) -> None:
+    """Write a transform to a message."""
     t, r = message.transform.translation, message.transform.rotation
     t.x, t.y, t.z = transform[:3]
     r.x, r.y, r.z, r.w = canonical(*transform[3:])
-    return message
