@@ -11,31 +11,19 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Test turtlesim_kinematics with examples and with recordings of turtlesim.
+"""Test turtlesim_kinematics with examples and with recordings of turtlesim."""
 
-A recording contains every published pose and the publication time of each command. The arrival
-times of the commands are known only to within a few milliseconds. The test therefore tries every
-possible order of commands and ticks. One of these orders must reproduce every recorded pose
-exactly.
-"""
-
-from bisect import bisect_right
 import json
 from math import hypot, inf, nan
 from pathlib import Path
-import pickle
-from struct import pack
 
 import pytest
+from recordings import assert_reproduced
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE, float32, TICK, TurtlePose
 from turtle_brick.core.turtlesim_kinematics import COMMAND_TIMEOUT, QUEUE_DEPTH, Turtle
 
 RECORDINGS = sorted((Path(__file__).parents[1] / 'data' / 'turtlesim').glob('*.json'))
 assert len(RECORDINGS) == 24, '12 scenarios, each with the turtle holonomic and not'
-
-ARRIVAL_JITTER = 0.004
-"""Maximum delay (s) between a tick of turtlesim and the recorded arrival of the resulting pose."""
 
 
 def test_turtle_executes_one_command_per_tick_and_keeps_the_newest_seven() -> None:
@@ -67,21 +55,4 @@ def test_invalid_numbers_do_not_end_the_simulation(value: float) -> None:
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
     recording = json.loads(path.read_text())
-    commands = recording['commands']['rows']
-    published = [command[0] for command in commands]
-    turtle = Turtle(holonomic=recording['holonomic'])
-    # A state contains the number of received commands, and a turtle.
-    states = {(0, pickle.dumps(turtle))}
-    for number, (time, *recorded) in enumerate(recording['pose']):
-        following = set()
-        for old_taken, pickled in states:
-            first = max(bisect_right(published, time - ARRIVAL_JITTER), old_taken)
-            for taken in range(first, max(bisect_right(published, time), old_taken) + 1):
-                turtle = pickle.loads(pickled)
-                for command in commands[old_taken:taken]:
-                    turtle.command(*command[1:])
-                if pack('5f', *turtle.tick(time)) == pack('5f', *recorded):
-                    following.add((taken, pickle.dumps(turtle)))
-        states = following
-        assert states, f'tick {number} at {time:.3f} s: no order of arrivals gives {recorded}'
-    assert {taken for taken, _ in states} == {len(commands)}
+    assert_reproduced(recording, Turtle(holonomic=recording['holonomic']))

@@ -13,16 +13,13 @@
 # limitations under the License.
 """Test the stand-in for turtlesim through its ROS interface and against recordings."""
 
-from bisect import bisect_left, bisect_right
-from itertools import pairwise, product
+from itertools import pairwise
 import json
 from math import ceil, inf, nan, pi
 import os
 from pathlib import Path
-import pickle
 import signal
 from statistics import median
-from struct import pack
 import subprocess
 import termios
 from typing import NamedTuple
@@ -35,6 +32,7 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from recordings import assert_reproduced
 from std_srvs.srv import Empty
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TICK
 from turtle_brick_tools.graph import executable
@@ -47,9 +45,6 @@ from turtlesim_standin.simulator import HEADING_TOLERANCE, SimulatedTurtle, Turt
 
 RECORDINGS = sorted((Path(__file__).parent / 'data' / 'turtlesim').glob('*.json'))
 assert len(RECORDINGS) == 14, '7 scenarios with services, each with the turtle holonomic and not'
-
-ARRIVAL_JITTER = 0.004
-"""Maximum delay (s) between a tick of turtlesim and the recorded arrival of the resulting pose."""
 
 COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
@@ -345,36 +340,9 @@ def perform(call: Call, sim: TurtleSim, now: float) -> bool:
 
 @pytest.mark.parametrize('path', RECORDINGS, ids=lambda path: path.stem)
 def test_every_recorded_tick_is_reproduced(path: Path) -> None:
-    """
-    Each recorded pose is reproduced exactly.
-
-    A recording contains every published pose and the publication time of each command. The arrival
-    times of the commands are known only to within a few milliseconds. The test therefore tries
-    every possible order of commands, calls and ticks. One order must reproduce all poses.
-    """
     recording = json.loads(path.read_text())
-    commands = recording['commands']['rows']
-    published = [command[0] for command in commands]
-    calls = calls_of(recording['events'])
-    begins, ends = [call.begin for call in calls], [call.end for call in calls]
     sim = TurtleSim(recording['holonomic'])
     assert sim.tick(0.0) == {}
-    # A state contains the numbers of received commands and executed calls, and a simulator.
-    states = {(0, 0, pickle.dumps(sim))}
-    for number, (time, *recorded) in enumerate(recording['pose']):
-        following = set()
-        for old_taken, old_served, pickled in states:
-            first_served = max(bisect_left(ends, time - ARRIVAL_JITTER), old_served)
-            first_taken = max(bisect_right(published, time - ARRIVAL_JITTER), old_taken)
-            last_taken = max(bisect_right(published, time), old_taken)
-            for served, taken in product(range(first_served, bisect_left(begins, time) + 1),
-                                         range(first_taken, last_taken + 1)):
-                sim = pickle.loads(pickled)
-                if all(perform(call, sim, time) for call in calls[old_served:served]):
-                    for command in commands[old_taken:taken]:
-                        sim.turtles['turtle1'].command(*command[1:])
-                    if pack('5f', *sim.tick(time)['turtle1']) == pack('5f', *recorded):
-                        following.add((taken, served, pickle.dumps(sim)))
-        states = following
-        assert states, f'tick {number} at {time:.3f} s: no order of arrivals gives {recorded}'
-    assert {state[:2] for state in states} == {(len(commands), len(calls))}
+    assert_reproduced(recording, sim, lambda sim: sim.turtles['turtle1'],
+                      lambda sim, time: sim.tick(time)['turtle1'],
+                      calls_of(recording['events']), perform)
