@@ -41,13 +41,9 @@ def generate_launch_description():
             description='The namespace of all nodes, topics and services, including TF.'),
         # The following settings also apply to the nodes in the files that include this file.
         GroupAction(
-            scoped=False,
-            condition=UnlessCondition(EqualsSubstitution(LaunchConfiguration('namespace'), '')),
-            actions=[
-                PushRosNamespace(LaunchConfiguration('namespace')),
-                SetRemap('/tf', 'tf'),
-                SetRemap('/tf_static', 'tf_static'),
-            ]),
+            [PushRosNamespace(LaunchConfiguration('namespace')), SetRemap('/tf', 'tf'),
+             SetRemap('/tf_static', 'tf_static')], scoped=False,
+            condition=UnlessCondition(EqualsSubstitution(LaunchConfiguration('namespace'), ''))),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
