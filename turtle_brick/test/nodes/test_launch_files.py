@@ -89,7 +89,7 @@ CASES = {
     'show_turtle use_jsp:=jsp view:=none': {'robot_state_publisher', 'joint_state_publisher'},
     'run_turtle rviz_config:=config/own.rviz': {
         'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot'},
-    'turtle_arena namespace:=alice rviz_config:=/tmp/own.rviz': {
+    'turtle_arena namespace:=alice rviz_config:=/own.rviz': {
         'robot_state_publisher', 'rviz2', 'turtlesim_node', 'turtle_robot', 'arena', 'catcher'}}
 """Programs started by each combination of launch file and launch arguments."""
 
