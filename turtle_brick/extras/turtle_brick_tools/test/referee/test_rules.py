@@ -38,7 +38,7 @@ from turtle_graph.client.record import (Drive, Frame, NS_PER_SECOND, Received, R
 from turtle_graph.referee import referee
 from turtle_graph.referee.rules import robot_rules
 from turtle_graph.referee.rules.robot_model import model
-from turtle_graph.referee.rules.rule import FAILED, MET, OPEN, Rules
+from turtle_graph.referee.rules.rule import FAILED, Finding, MET, OPEN, Rules
 from visualization_msgs.msg import Marker
 import xacro
 
@@ -552,6 +552,20 @@ def test_the_load_explains_a_late_odometry_but_not_a_mirrored_one():
     for record, expected in ((late, OPEN), (mirrored, FAILED)):
         record.stalls = [(at(-1.0), at(10.0))]
         assert judge(record, 'odom: pose')[0].mark == expected
+
+
+@pytest.mark.parametrize('failing, stalled, mark', (
+    (2, 1, OPEN), (3, 1, FAILED), (4, 2, OPEN), (5, 2, FAILED), (6, 9, FAILED)))
+def test_load_spoils_at_most_twice_as_many_trials_as_had_stalls(failing, stalled, mark):
+    record = make_record((drive,))
+    record.drives, record.idle, record.driving = [
+        drive._replace(begin=at(10.0 * number), end=at(10.0 * number + 1.0))
+        for number, drive in enumerate(record.drives[:1] * 11)], [], []
+    record.stalls = [(drive.begin, drive.end) for drive in record.drives[-stalled:]]
+    rules = Rules()
+    rules.rule('x', '', '', firm=True)(lambda one: Finding(
+        all(drive.begin >= at(10.0 * failing) for drive in one.drives), ''))
+    assert rules.judge(record)[0].mark == mark
 
 
 def turned_marker(kind, x, y, size, axis):

@@ -271,11 +271,14 @@ class Record:
         return not any(first < end and begin < last + STALL_AFTERMATH_NS
                        for first, last in self.stalls)
 
+    def stalled_trials(self) -> int:
+        """Return the number of trials affected by stalls."""
+        return sum(not self.is_calm(*span) for span in self.trial_spans())
+
     def stall_summary(self) -> str:
         """Return a phrase with the number of trials affected by stalls, or '' if none were."""
-        spans = self.trial_spans()
-        stalled = [span for span in spans if not self.is_calm(*span)]
-        return f'{OVERLOADED} in {len(stalled)} of {len(spans)} trials' if stalled else ''
+        stalled = self.stalled_trials()
+        return f'{OVERLOADED} in {stalled} of {len(self.trial_spans())} trials' if stalled else ''
 
     def longest_calm(self, begin: int, end: int) -> tuple[int, int]:
         """Return the longest part of a time span (ns) that no stall affected."""

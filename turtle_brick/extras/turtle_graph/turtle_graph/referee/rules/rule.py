@@ -121,10 +121,12 @@ class Rule(NamedTuple):
     def judge_under_load(self, record: Record, calm: Record) -> Judgment:
         """Judge a record. A failure that the load of the machine may explain is open."""
         found = self(record)
-        if found.mark == FAILED:  # The load may spoil a few trials, but not most of them.
+        if found.mark == FAILED:
             trials = record if found.certain else calm
             marks = [self(trial).mark for trial in trials.single_trials()]
-            if marks.count(FAILED) > marks.count(MET):
+            # Load that is not noticed may spoil a few trials, but not most of them, and hardly
+            # more than twice as many as the load that is noticed.
+            if marks.count(FAILED) > min(marks.count(MET), 2 * record.stalled_trials()):
                 return found
             found = found._replace(
                 mark=OPEN, measured=f'{found.measured}; not judged: {record.stall_summary()}')
