@@ -247,10 +247,9 @@ def test_view_frames_writes_the_tree_of_an_old_style_publisher(outcomes, domain_
 
 @pytest.mark.parametrize('words', [
     'ros2 topic echo /x std_msgs/msg/String', 'ros2 run tf2_ros tf2_echo a b',
-    'ros2 run turtlesim turtlesim_node', 'ros2 run robot_state_publisher robot_state_publisher',
-    'ros2 run joint_state_publisher joint_state_publisher'])
+    'ros2 run turtlesim turtlesim_node'])
 def test_sigterm_ends_a_command_at_any_moment(words, domain_id):
-    for delay in (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.1, 1.5, 2.0):
+    for delay in (0.0, 0.2, 0.5, 1.0):
         command = Command(words.split(), {**os.environ, 'ROS_DOMAIN_ID': str(domain_id)})
         command.wait_for(lambda: False, delay)
         command.send('SIGTERM', 'process')

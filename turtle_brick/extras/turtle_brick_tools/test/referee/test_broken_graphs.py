@@ -18,17 +18,19 @@ from live_graph import observe, PROGRAM
 import pytest
 from turtle_graph.referee.referee import RULES
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET
+from turtle_graph.referee.trial import FAR_OUT
 
 NAMES = [fault.name for fault in FAULTS]
 
 
-@pytest.mark.parametrize('name', (
-    'wheel backward', 'odom without twist', 'walls 0.5 m off', 'text for 5 s'))
-def test_one_fault_is_found(name, domain_id):
+@pytest.mark.parametrize('name, drops', (
+    ('wheel backward', ()), ('odom without twist', ()), ('walls 0.5 m off', ()),
+    ('text for 5 s', (FAR_OUT,))))
+def test_one_fault_is_found(name, drops, domain_id):
     fault = FAULTS[NAMES.index(name)]
     with BrokenGraph(fault, domain_id) as graph:
         graph.add_nodes()
-        record = observe(graph, program=PROGRAM)
+        record = observe(graph, program=PROGRAM._replace(drops=drops))
     assert wrong_marks(fault, RULES.judge(record), bool(record.stall_summary())) == []
 
 
