@@ -28,7 +28,6 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.util import find_spec
-from inspect import isawaitable
 from itertools import count
 import json
 from math import inf, pi, radians
@@ -38,7 +37,6 @@ from pathlib import Path
 import sys
 from tempfile import TemporaryDirectory
 from time import monotonic
-from types import coroutine
 from typing import Any
 from xml.etree import ElementTree
 
@@ -203,19 +201,12 @@ def shift_walls(message: Any) -> None:
         marker.pose.position.x += 0.5
 
 
-@coroutine
-def pause() -> Any:
-    """Let the executor do other work."""
-    yield
-
-
-async def respond_late(callback: Change, request: Any, response: Any) -> Any:
-    """Respond 0.1 s after the request has been processed."""
-    result, end = callback(request, response), monotonic() + 0.1
-    if isawaitable(result):
-        result = await result
-    while monotonic() < end:
-        await pause()
+def respond_late(callback: Change, request: Any, response: Any) -> Any:
+    """Respond after the brick has begun to fall."""
+    arena: Any = callback.__self__  # type: ignore[attr-defined]
+    place, result = arena.world.brick, callback(request, response)
+    while result.success and arena.world.brick == place:
+        arena.on_timer()
     return result
 
 

@@ -554,6 +554,12 @@ def test_the_load_explains_a_late_odometry_but_not_a_mirrored_one():
         assert judge(record, 'odom: pose')[0].mark == expected
 
 
+def test_a_slide_without_poses_is_open():
+    record = make_record(rate=10.0)
+    record.frames['brick'].samples.clear()
+    assert judge(record, 'slide: law')[0].mark == OPEN
+
+
 @pytest.mark.parametrize('failing, stalled, mark', (
     (2, 1, OPEN), (3, 1, FAILED), (4, 2, OPEN), (5, 2, FAILED), (6, 9, FAILED)))
 def test_load_spoils_at_most_twice_as_many_trials_as_had_stalls(failing, stalled, mark):

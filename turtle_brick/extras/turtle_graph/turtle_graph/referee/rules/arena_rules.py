@@ -479,11 +479,12 @@ def slides_are_frictionless(record: Record) -> Finding:
         if drop.tilted is not None:
             # If the brick never leaves the platform, only the first second of the slide is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
-            track = record.brick_track(drop.tilted - 2 * BEFORE_NS, end)
-            found.append(compare_slide(gravity, [
-                (stamp, brick, platform) for stamp, brick in track
-                if (platform := record.pose('platform', stamp)) is not None]))
-    off, plots = zip(*require_data(found, 'no brick was tilted'))
+            track = [(stamp, brick, platform) for stamp, brick in record.brick_track(
+                         drop.tilted - 2 * BEFORE_NS, end)
+                     if (platform := record.pose('platform', stamp)) is not None]
+            if track:  # On a busy machine, the poses may be unknown.
+                found.append(compare_slide(gravity, track))
+    off, plots = zip(*require_data(found, 'no tilted brick was observed'))
     return Finding(largest(off) <= SLIDE_DEVIATION,
                    f'at most {largest(off):.4f} m off in {len(found)} slides', plots[0])
 
