@@ -102,11 +102,11 @@ class Rule(NamedTuple):
 
     def __call__(self, record: Record) -> Judgment:
         """Judge a record, ignoring whether the machine was overloaded."""
-        plot, absent, certain = None, False, self.firm
+        plot, absent, certain = None, False, False
         try:
             with numpy.errstate(all='ignore'):
-                met, measured, plot, is_certain = self.judge(record)
-            mark, certain = MET if met else FAILED, certain or bool(is_certain)
+                met, measured, plot, certain = self.judge(record)
+            mark = MET if met else FAILED
         except Failed as error:
             mark, measured, absent = FAILED, str(error), isinstance(error, Absent)
         except Open as error:
@@ -116,13 +116,13 @@ class Rule(NamedTuple):
             mark = FAILED
             measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
         return Judgment(self.name, self.sentence, self.expected, mark, measured, plot,
-                        absent=absent, certain=bool(certain or absent))
+                        absent=absent, certain=bool(certain))
 
     def judge_under_load(self, record: Record, calm: Record) -> Judgment:
         """Judge a record. A failure that the load of the machine may explain is open."""
         found = self(record)
-        if found.mark == FAILED:
-            trials = record if found.certain else calm
+        if found.mark == FAILED and not found.certain:
+            trials = record if self.firm or found.absent else calm
             marks = [self(trial).mark for trial in trials.single_trials()]
             # Load that is not noticed may spoil a few trials, but not most of them, and hardly
             # more than twice as many as the load that is noticed.
