@@ -37,6 +37,7 @@ from recorded import (Command, FORKS, POLL_TIME, records, restored_signal_handle
 from ros2cli import cli, messages
 import ros2cli.graph as cli_graph
 from ros2cli.graph import GraphNode, is_complete
+from ros2cli.packages import executables
 from turtle_brick_tools.graph import Graph
 from turtle_graph.client.domains import reserved_domain
 import yaml
@@ -255,6 +256,17 @@ def test_sigterm_ends_a_command_at_any_moment(words, domain_id):
         command.send('SIGTERM', 'process')
         assert command.end(30.0) == []
         assert 'Exception' not in command.error
+
+
+def test_ctrl_c_during_the_imports_prints_no_traceback(tmp_path):
+    for module in ('rclpy', 'yaml'):
+        (tmp_path / f'{module}.py').write_text('import signal\nsignal.raise_signal(signal.SIGINT)')
+    path = f'{tmp_path}:{os.environ["PYTHONPATH"]}'
+    for program in (shutil.which('ros2'), shutil.which('rviz2'), *executables('turtlesim'),
+                    *executables('joint_state_publisher'), *executables('robot_state_publisher')):
+        command = Command([program], {**os.environ, 'PYTHONPATH': path})
+        command.end(30.0)
+        assert (program, command.status, command.error) == (program, -signal.SIGINT, '')
 
 
 def test_closed_pipe_ends_command_without_error(outcomes, arena):
