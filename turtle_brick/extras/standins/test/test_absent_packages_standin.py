@@ -19,10 +19,13 @@ from pathlib import Path
 import re
 import subprocess
 
+from ament_index_python import PackageNotFoundError
 from geometry_msgs.msg import (Point32, PointStamped, PolygonStamped, Pose, PoseStamped,
                                PoseWithCovarianceStamped, TransformStamped, TwistStamped,
                                Vector3Stamped)
+from launch_ros.substitutions import FindPackageShare
 import pytest
+from ros2cli.packages import executables
 import tf2_geometry_msgs
 from tf2_ros import Buffer, LookupException, TypeException
 
@@ -97,6 +100,12 @@ def test_a_package_that_the_environment_lacks_is_explained():
         import_module('rqt_gui')
     with pytest.raises(ModuleNotFoundError, match="^No module named 'rospy'"):
         import_module('rospy')
+    for find, error in (
+            (FindPackageShare.find, PackageNotFoundError), (executables, RuntimeError)):
+        with pytest.raises(error, match='joy is not available in this environment.* fault'):
+            find('joy')
+        with pytest.raises(error, match="ackage 'joi' not found"):
+            find('joi')
 
 
 @pytest.mark.parametrize('package, sentence', [

@@ -33,9 +33,11 @@ __getattr__ = missing_name('launch_ros')
 def _find_package(find, package):
     try:
         return find(package)
-    except index.PackageNotFoundError as error:
-        raise index.PackageNotFoundError(f'{error.args[0]}. This environment contains only a part '
-                                         'of the ROS 2 packages') from None
+    except index.PackageNotFoundError:
+        if package not in index.get_resources('absent_packages'):
+            raise
+        reason, _ = index.get_resource('absent_packages', package)
+        raise index.PackageNotFoundError(reason) from None
 
 
 def _find_executable(context, executable, package):

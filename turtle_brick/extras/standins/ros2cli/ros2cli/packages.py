@@ -25,12 +25,19 @@ import ament_index_python as index
 from rosidl_adapter.parser import parse_message_string
 
 
+def absence(package):
+    """Return why this environment lacks a package of ROS 2, or None for any other package."""
+    if package in index.get_resources('absent_packages'):
+        return index.get_resource('absent_packages', package)[0]
+    return None
+
+
 def executables(package):
     """Return the sorted paths of the executables in a package."""
     try:
         folder = os.path.join(index.get_package_prefix(package), 'lib', package)
     except (index.PackageNotFoundError, ValueError):
-        raise RuntimeError(f"Package '{package}' not found") from None
+        raise RuntimeError(absence(package) or f"Package '{package}' not found") from None
     paths = (os.path.join(root, name) for root, _, names in os.walk(folder) for name in names)
     return sorted(path for path in paths
                   if os.access(path, os.X_OK) and '/.' not in os.path.dirname(path)[len(folder):])
@@ -235,7 +242,8 @@ def launch_file(package, name):
     try:
         share = index.get_package_share_directory(package)
     except index.PackageNotFoundError as error:
-        raise RuntimeError(f"Package '{package}' not found: {error}") from None
+        raise RuntimeError(
+            absence(package) or f"Package '{package}' not found: {error}") from None
     paths = [os.path.join(root, name) for root, _, names in os.walk(share) if name in names]
     where = f"in the share directory of package '{package}'"
     if not paths:
