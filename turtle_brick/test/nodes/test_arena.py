@@ -81,14 +81,18 @@ def test_fall_by_its_stamps(bench):
     assert {transform.header.frame_id for transform in bench.bricks} == {'world'}
 
 
-def test_place_and_drop_refuse_invalid_requests(bench):
-    """If a request is refused, the response contains the reason and the brick does not move."""
+def test_place_and_drop_refuse_invalid_requests(bench, capfd):
+    """A refused request does not move the brick. The response and the log contain the reason."""
     refusals = [(bench.place(*location), why) for location, why in (
         ((nan, 1.0, 1.0), 'nan'), ((1.0, 1.0, -0.5), '-0.5'), ((-1e19, 1.0, 1.0), '-1e+19'))]
     assert bench.world.brick == PARAMETERS.brick_start
     assert bench.drop().success
-    for response, why in (*refusals, (bench.drop(), 'already falling')):
+    refusals.append((bench.drop(), 'already falling'))
+    for response, why in refusals:
         assert not response.success and why in response.message
+    warnings = [line for line in capfd.readouterr().err.splitlines() if 'WARN' in line]
+    assert [line.partition('refused: ')[2] for line in warnings] == [
+        response.message for response, _ in refusals]
 
 
 def test_brick_rides_with_a_moving_platform(bench):
