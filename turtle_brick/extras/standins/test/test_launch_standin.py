@@ -45,7 +45,7 @@ def recorded(*names):
     """Return the recordings in the given files as test parameters."""
     return [pytest.param(record, id=name)
             for name, record in records(*(f'launch_{name}' for name in names)).items()
-            if names[0] != 'errors' or record['stdout'].startswith('[')]
+            if names[0] != 'errors' or record['stdout'].startswith('[INFO]')]
 
 
 @pytest.fixture(scope='module')

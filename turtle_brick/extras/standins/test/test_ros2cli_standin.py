@@ -45,7 +45,7 @@ import yaml
 TABLE = yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
 RECORDS = {name: record for name, record in records(
     'cli', 'launch_show_args', 'launch_errors').items()
-    if not record['stdout'].startswith('[')}  # test_launch_standin.py replays the other records.
+    if not record['stdout'].startswith('[INFO]')}  # test_launch_standin.py replays the others.
 
 
 def signals_of(record):
