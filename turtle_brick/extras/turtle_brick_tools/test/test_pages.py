@@ -64,6 +64,7 @@ ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 LASTING = {
     'ros2 launch turtle_brick show_turtle': 'Robot initialized',
     'ros2 run turtle_graph viewer': 'http://',
+    'ros2 run turtlesim turtlesim_node': 'Spawning turtle',
     'ros2 topic hz': 'average rate: ',
     'ros2 run tf2_ros tf2_echo': '- Matrix:',
     'python3 own_node.py': "'(caught|missed|unreachable)': 1",
