@@ -136,7 +136,8 @@ class Arena(Node):
         try:
             self.world.brick = location
         except ValueError as error:
-            response.message = self.refusal('place', error)
+            response.message = str(error)
+            self.get_logger().warning(f'Refused to place the brick: {error}')
         else:
             response.success = True
             response.message = 'the brick hovers at ({:g}, {:g}, {:g})'.format(*location)
@@ -149,17 +150,13 @@ class Arena(Node):
         try:
             self.world.release()
         except ValueError as error:
-            response.message = self.refusal('drop', error)
+            response.message = str(error)
+            self.get_logger().warning(f'Refused to drop the brick: {error}')
         else:
             response.success = True
             response.message = 'the brick falls from ({:g}, {:g}, {:g})'.format(*self.world.brick)
             self.holds_released_brick = True
         return response
-
-    def refusal(self, service: str, error: ValueError) -> str:
-        """Log the reason for refusing a request, and return it for the response."""
-        self.get_logger().warning(f'A request to {service} the brick was refused: {error}')
-        return str(error)
 
     def on_timer(self) -> None:
         """Execute all due physics steps, and publish the brick's transforms and new state."""

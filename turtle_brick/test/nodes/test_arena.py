@@ -91,7 +91,7 @@ def test_place_and_drop_refuse_invalid_requests(bench, capfd):
     for response, why in refusals:
         assert not response.success and why in response.message
     warnings = [line for line in capfd.readouterr().err.splitlines() if 'WARN' in line]
-    assert [line.partition('refused: ')[2] for line in warnings] == [
+    assert [line.partition(' the brick: ')[2] for line in warnings] == [
         response.message for response, _ in refusals]
 
 

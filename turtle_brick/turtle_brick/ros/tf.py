@@ -112,9 +112,7 @@ def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped |
     :return: transform, or None if unknown, too old (MAX_AGE_NS) or too far ahead (MAX_AHEAD_NS)
     """
     transform = latest_transform(buffer, frame)
-    if transform is None:
-        return None
-    age = now - nanoseconds_of(transform.header.stamp)
+    age = 0 if transform is None else now - nanoseconds_of(transform.header.stamp)
     return transform if -MAX_AHEAD_NS <= age <= MAX_AGE_NS else None
 
 
