@@ -46,6 +46,7 @@ from turtle_brick_tools.graph import Graph
 from turtle_graph.client.processes import Process
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.spinning import handle_interrupts
+from turtle_graph.referee.referee import RULES
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET
 import yaml
 
@@ -267,13 +268,18 @@ LOADED = ('none', 'wheel backward', 'stem 30 degrees off', 'odom without twist',
 
 
 def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) -> list[str]:
-    """Return the requirements with a wrong mark. Load may leave what is not firm open."""
+    """
+    Return the requirements with a wrong mark.
+
+    Load may leave what is not firm open. What depends on such a requirement may fail nevertheless.
+    """
     judged = {one.name: one for one in judgments}
     missing = [name for name in fault.fails if judged[name].mark == MET
                or judged[name].mark != FAILED and (fault.firm or not is_loaded)]
     return [*(f'missing: {name} ({judged[name].measured})' for name in missing), *(
         f'false: {one.name} ({one.measured})' for one in judged.values()
-        if one.mark == FAILED and not one.follows and one.name not in fault.fails)]
+        if one.mark == FAILED and not one.follows
+        and not {one.name, *RULES.all_dependencies(one.name)}.intersection(fault.fails))]
 
 
 def run(fault: Fault) -> int:
