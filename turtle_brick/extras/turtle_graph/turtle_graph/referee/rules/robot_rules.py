@@ -287,7 +287,8 @@ def joints_are_published(record: Record) -> Finding:
     movable = {joint.name for joint in model(record).joints if joint.movable}
     published = {name for message in received for name in message.name}
     finite = all(isfinite(position) for message in received for position in message.position)
-    text = f'{", ".join(sorted(published))}; in the URDF: {", ".join(sorted(movable))}'
+    text = '; in the URDF: '.join(
+        ', '.join(sorted(names)) or 'no movable joint' for names in (published, movable))
     if not finite:
         text += '; not every position is finite'
     return Finding(published == movable and finite, text)
