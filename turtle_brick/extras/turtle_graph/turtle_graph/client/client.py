@@ -149,6 +149,8 @@ class GraphClient:
     def place(self, position: Vector, hovering: float = HOVERING_TIME) -> Request:
         """Place the brick at a given position (m) and let it hover for a given duration (s)."""
         request = self.call('place', position)
+        if not request.answered and self.has_service('place'):
+            request = self.call('place', position)  # On a busy machine, a response may be lost.
         if request.accepted:
             self.graph.spin_for(hovering)
             brick = self.record.pose('brick', time_ns() - EXTRAPOLATION_NS)
