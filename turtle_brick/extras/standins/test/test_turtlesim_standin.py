@@ -175,11 +175,13 @@ def test_rotation_ends_when_canceled_replaced_or_overridden(live, turtlesim, pos
     assert status == GoalStatus.STATUS_CANCELED
     assert -3.0 < delta < -0.08
     wait_for_pose(live, poses, lambda pose: pose.angular_velocity == 0.0, 'the end')
+    live.call('turtle1/teleport_absolute', TeleportAbsolute, TeleportAbsolute.Request())
     first, second = send(3.0), send(-3.0)
-    wait_for_pose(live, poses, lambda pose: pose.angular_velocity < 0.0, 'the second rotation')
-    commands.publish(Twist(linear=Vector3(x=1.0)))
+    turtlesim.wait_for_output('Rotation goal received before a previous goal', TIMEOUT)
+    result = second.get_result_async()
+    live.wait_for(lambda: commands.publish(Twist()) or result.done(), TIMEOUT, 'the end')
     assert outcome(first)[0] == outcome(second)[0] == GoalStatus.STATUS_ABORTED
-    for message in ('Rotation goal canceled', 'Rotation goal received before a previous goal',
+    for message in ('Rotation goal canceled',
                     'Velocity command received during rotation goal. Aborting goal'):
         turtlesim.wait_for_output(message, TIMEOUT)
 
