@@ -84,9 +84,17 @@ def test_without_viser_the_viewer_prints_how_to_install_it(monkeypatch, capsys):
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_signal_during_the_creation_of_a_node_ends_the_program(domain_id, number):
-    create = 'lambda: print("creating", flush=True) or time.sleep(1000)'
-    code = ('import time; from turtle_graph.client.run_node import run_node; '
-            f'run_node({create}, "test")')
+    # Python runs no signal handler if a signal arrives just before a call of time.sleep.
+    code = """
+from turtle_graph.client.run_node import run_node
+
+def create():
+    print("creating", flush=True)
+    while True:
+        pass
+
+run_node(create, "test")
+"""
     command = [sys.executable, '-c', code]
     with process(command, domain_id, stop=number, timeout=30.0) as running:
         running.wait_for_output('creating', TIMEOUT)
