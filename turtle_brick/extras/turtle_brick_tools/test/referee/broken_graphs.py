@@ -47,7 +47,7 @@ from turtle_graph.client.processes import Process
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.spinning import handle_interrupts
 from turtle_graph.referee.referee import RULES
-from turtle_graph.referee.rules.rule import FAILED, Judgment, MET
+from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN
 import yaml
 
 ROBOT, ARENA, CATCHER, PUBLISHER = 'TurtleRobot', 'Arena', 'CatcherNode', 'RobotStatePublisher'
@@ -271,15 +271,16 @@ def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) ->
     """
     Return the requirements with a wrong mark.
 
-    Load may leave what is not firm open. What depends on such a requirement may fail nevertheless.
+    Load may leave what is not firm open. What depends on an open requirement may then fail.
     """
     judged = {one.name: one for one in judgments}
     missing = [name for name in fault.fails if judged[name].mark == MET
                or judged[name].mark != FAILED and (fault.firm or not is_loaded)]
+    opened = [name for name in fault.fails if judged[name].mark == OPEN]
     return [*(f'missing: {name} ({judged[name].measured})' for name in missing), *(
         f'false: {one.name} ({one.measured})' for one in judged.values()
-        if one.mark == FAILED and not one.follows
-        and not {one.name, *RULES.all_dependencies(one.name)}.intersection(fault.fails))]
+        if one.mark == FAILED and not one.follows and one.name not in fault.fails
+        and not RULES.all_dependencies(one.name).intersection(opened))]
 
 
 def run(fault: Fault) -> int:

@@ -17,7 +17,7 @@ from broken_graphs import BrokenGraph, FAULTS, LOADED, wrong_marks
 from live_graph import observe, PROGRAM
 import pytest
 from turtle_graph.referee.referee import RULES
-from turtle_graph.referee.rules.rule import FAILED, Judgment, MET
+from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN
 from turtle_graph.referee.trial import FAR_OUT
 
 NAMES = [fault.name for fault in FAULTS]
@@ -48,3 +48,11 @@ def test_a_wrong_mark_is_reported():
     assert wrong_marks(fault, [rolling, place], False) == ['false: place (off)']
     assert wrong_marks(fault, [rolling._replace(mark=MET)], True) == [
         'missing: drive: rolling (off)']
+
+
+def test_what_depends_on_an_open_requirement_may_fail():
+    fault = FAULTS[NAMES.index('brick not carried')]
+    rides, floats = (Judgment(name, '', '', FAILED, 'off') for name in (
+        *fault.fails, 'brick: floats'))
+    assert wrong_marks(fault, [rides._replace(mark=OPEN), floats], True) == []
+    assert wrong_marks(fault, [rides, floats], True) == ['false: brick: floats (off)']
