@@ -91,6 +91,9 @@ PINNED = ('--no-deps', '--no-build-isolation', '--use-pep517')
 NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|CONFIG|KEYRING')
 """Names of pip options that change neither the installed packages nor their location."""
 
+REQUIRED_SPACE = 600
+"""Required free space (MB): 450 MB for the packages and linters, and temporary files of pip."""
+
 ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
 
@@ -240,6 +243,14 @@ def check_platform() -> None:
             f'but this is {platform.system()} on {platform.machine()} with '
             f'{f"{library} {version}" if library else "another C library"}. '
             'Install ROS 2 Jazzy or use its container, and source its setup.bash first.')
+
+
+def check_disk() -> None:
+    """Check that the disk has enough space for the virtual environment."""
+    free = shutil.disk_usage(TOP).free / 1e6
+    if free < REQUIRED_SPACE:
+        raise SetupError(f'The disk that contains {TOP} has {free:.0f} MB of free space, but '
+                         f'ROS 2 Jazzy requires {REQUIRED_SPACE} MB. Delete other files first.')
 
 
 def check_programs(*required: tuple[str, tuple[str, ...], str]) -> None:
@@ -451,6 +462,7 @@ def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list
                'into .ros, which takes two to four minutes and 450 MB ...')
         try:
             remove_environment()
+            check_disk()
             ENVIRONMENT.mkdir(exist_ok=True)
             make_venv()
             made.clear()

@@ -23,6 +23,7 @@ import signal
 import subprocess
 import sys
 import sysconfig
+from types import SimpleNamespace
 
 import pytest
 from turtle_graph.client.processes import Process
@@ -267,7 +268,8 @@ def refusal(program, kind='pypi'):
     (platform, 'machine', lambda: 'aarch64', ['x86-64', 'aarch64', 'Install']),
     (platform, 'libc_ver', lambda: ('glibc', '2.17'), ['2.28', 'glibc 2.17']),
     (sysconfig, 'get_path', lambda _: '/no/include', ['/no/include/Python.h', '-dev']),
-    (importlib.util, 'find_spec', lambda _: None, ['virtual environments', '-venv"'])])
+    (importlib.util, 'find_spec', lambda _: None, ['virtual environments', '-venv"']),
+    (shutil, 'disk_usage', lambda _: SimpleNamespace(free=42e6), ['42 MB', '600 MB'])])
 def test_an_unsupported_machine_is_refused(program, monkeypatch, module, name, value, words):
     monkeypatch.setattr(module, name, value)
     assert all(word in refusal(program) for word in words)
