@@ -249,9 +249,12 @@ def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
     arenas = [subprocess.Popen([*command, '--namespace', name, '--port', str(FIRST_PORT + number)],
                                start_new_session=True) for number, name in enumerate(names)]
     try:
-        while any(arena.poll() is None for arena in arenas):
-            if INTERRUPTED.wait(LONGEST_WAIT):
-                raise KeyboardInterrupt
+        for arena in arenas:
+            while arena.poll() is None:
+                with suppress(subprocess.TimeoutExpired):
+                    arena.wait(LONGEST_WAIT)
+                if INTERRUPTED.is_set():
+                    raise KeyboardInterrupt
     finally:
         for arena in arenas:
             arena.terminate()

@@ -29,7 +29,8 @@ from rclpy.signals import SignalHandlerOptions
 LONGEST_WAIT = 0.02
 """Timeout (s) of each spin_once call. With varying timeouts, the executor could starve nodes."""
 INTERRUPTED = Event()
-"""Event that Ctrl-C and SIGTERM set after handle_interrupts has been called."""
+"""Event that Ctrl-C and SIGTERM set after handle_interrupts has been called. Use only is_set(). A
+signal during wait() could block this process because both methods of an Event use one lock."""
 
 
 def handle_interrupts() -> dict[int, Any]:
