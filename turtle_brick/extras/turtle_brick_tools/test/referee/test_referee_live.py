@@ -114,8 +114,8 @@ def test_several_publishers_of_a_pose_are_named(domain_id):
         for _ in range(2):
             graph.add_turtlesim()
         observer = graph.add(Observer, parameters=False)
-        graph.spin_until(lambda: observer.count_publishers('turtle1/pose') == 2, TIMEOUT, 'poses')
-        observer.find_duplicates()
+        graph.spin_until(lambda: observer.find_duplicates() or 'pose' in observer.record.unclear,
+                         TIMEOUT, 'the names of both publishers')
     assert observer.record.unclear['pose'].startswith('2 nodes publish turtle1/pose: /')
 
 

@@ -330,7 +330,8 @@ class Observer(Node):
         for name in ('pose', 'cmd_vel', 'odom', 'joint_states'):
             topic = self.resolve_topic_name(record.profile.topics[name])
             nodes = [f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-                     for info in self._others(self.get_publishers_info_by_topic(topic))]
+                     for info in self._others(self.get_publishers_info_by_topic(topic))
+                     if info.node_name != UNKNOWN_NODE]
             # Several nodes may publish different joints.
             joints = {tuple(getattr(received.message, 'name', ()))
                       for received in record.topics[name]}
