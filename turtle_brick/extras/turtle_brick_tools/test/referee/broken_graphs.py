@@ -202,6 +202,17 @@ def shift_walls(message: Any) -> None:
         marker.pose.position.x += 0.5
 
 
+def appear_when_placed() -> dict[str, Change]:
+    """Broadcast no brick until one is placed."""
+    placed: list[bool] = []
+
+    def serve(callback: Change, request: Any, response: Any) -> Any:
+        placed.append(True)
+        return callback(request, response)
+    return {'publish /tf': lambda message, forward: forward(message) if placed else None,
+            'serve place': serve}
+
+
 def respond_late(callback: Change, request: Any, response: Any) -> Any:
     """Respond after the brick has begun to fall."""
     arena: Any = callback.__self__  # type: ignore[attr-defined]
@@ -213,6 +224,7 @@ def respond_late(callback: Change, request: Any, response: Any) -> Any:
 
 FAULTS = (
     Fault('none', ()),
+    Fault('no brick before the first place', (), ARENA, appear_when_placed()),
     Fault('wheel backward', ['drive: rolling'], ROBOT, joint(WHEEL, -1.0), firm=True),
     Fault('wheel ignores its radius', ['drive: rolling'], ROBOT, joint(WHEEL, 0.2)),
     Fault('stem backward', ['drive: rolling'], ROBOT, joint(STEM, 1.0, pi), firm=True),
@@ -233,7 +245,7 @@ FAULTS = (
         'publish odom': put('pose.pose.position.y', lambda y: -y)}, firm=True),
     Fault('odom without twist', ['odom: twist'], ROBOT, {
         'publish odom': put('twist.twist.linear', lambda linear: type(linear)())}, firm=True),
-    Fault('odom without timestamps', ['frames: broadcasters'], ROBOT, {
+    Fault('odom without timestamps', ['frames: timestamps'], ROBOT, {
         'publish odom': put('header.stamp', lambda stamp: type(stamp)())}, firm=True),
     Fault('no cube', ['URDF: base_link'], urdf=(
         "link[@name='base_link']/visual/geometry/box", 'size', '0.3 0.3 0.2'), firm=True),

@@ -48,6 +48,8 @@ REPETITIONS, REPETITION_TIME = 3, 20.0
 """Maximum number of repetitions on a busy machine, and the time limit (s) for each of them."""
 LEG, MIN_LEG = 1.5, 0.3
 """Maximum and minimum length (m) of a drive. Slow robots drive shorter distances."""
+REACH_NUMBERS = {*NUMBERS} - {'wheel_radius'}
+"""Parameters that decide whether a brick can be caught."""
 EDGE_DISTANCE = 0.3
 """Minimum distance (m) between a dropped brick and the edge of the arena."""
 
@@ -99,6 +101,8 @@ class Trial(GraphClient):
         if not self.discover():
             return
         self.end = monotonic() + TIME_LIMIT
+        if self.record.actual('brick') not in self.record.frames:
+            self.place(self.start_of(FAR_OUT))  # Some arenas have no brick until one is placed.
         self.rest()
         self.drive()
         # The first drop leaves a brick on the ground, so that its inclination can be judged.
@@ -113,8 +117,9 @@ class Trial(GraphClient):
         self.end = monotonic() + REPETITION_TIME
         calm = self.record.without_stalls()
         spoiled = [drop for drop, watch in self.watches.items() if watch not in calm.drops]
+        driven = any(drive.length >= MIN_LEG for drive in calm.drives)
         missing = [(calm.idle or not self.is_at_rest(), self.rest),
-                   (calm.drives and calm.driving, self.drive), (calm.tilts, self.tilt),
+                   (driven and calm.driving, self.drive), (calm.tilts, self.tilt),
                    (not spoiled, lambda: self.drop_all(spoiled))]
         if not all(is_calm for is_calm, _ in missing):
             self.log('repeating trials because the machine was overloaded')
@@ -186,7 +191,7 @@ class Trial(GraphClient):
     def drive(self) -> None:
         """Drive along all sides of a regular polygon, and return to the arena center."""
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
-        self.drive_to(CENTER)
+        self.return_to_center()
         begin = time_ns()
         for number in range(self.program.legs):
             direction = number / self.program.legs
@@ -196,7 +201,12 @@ class Trial(GraphClient):
                     or monotonic() > self.end - TIME_LIMIT / 2.0):
                 break
         self.record.driving.append((begin, time_ns()))
-        self.drive_to(CENTER)
+        self.return_to_center()
+
+    def return_to_center(self) -> None:
+        """Drive to the arena center unless the robot is already there."""
+        if self.distance_to(CENTER) > 0.02:
+            self.drive_to(CENTER)
 
     def tilt(self) -> None:
         """Tilt the platform to each planned angle."""
@@ -224,14 +234,14 @@ class Trial(GraphClient):
                 continue
             place = self.start_of(drop)
             self.log(f'{drop.description}, at ' + '({:.2f}, {:.2f}, {:.2f})'.format(*place))
-            if self.distance_to(CENTER) > 0.02:
-                self.drive_to(CENTER)
+            self.return_to_center()
             request = self.place(place)
             if not request.accepted:
                 continue
             self.watches[drop] = watch = self.drop(request.value)
             both_may_be_right = 0.0 < drop.spare_time < REACTION_TIME or request.value != place
-            if set(NUMBERS) <= set(self.record.profile.numbers) and not both_may_be_right:
+            known = REACH_NUMBERS <= set(self.record.profile.numbers)
+            if known and not both_may_be_right:
                 watch.should_be_caught = drop.spare_time > 0.0
             if watch.floated and not any(one.floated for one in self.record.drops[:-1]):
                 # A floating brick must not move with the robot.
