@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 import numpy
 from turtle_graph.client.geometry import Array, Pose, pose, turn, UPRIGHT
 from turtle_graph.client.record import Record
-from turtle_graph.referee.rules.rule import Failed, require, require_clear
+from turtle_graph.referee.rules.rule import Certain, require, require_clear
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 """URDF attributes that define the size of each kind of geometry."""
@@ -57,7 +57,7 @@ class RobotModel:
     """The links and joints in a URDF."""
 
     def __init__(self, description: str, names: Iterable[tuple[str, str]] = ()) -> None:
-        """Parse a URDF and give its links standard names, or raise Failed for an invalid URDF."""
+        """Parse a URDF and give its links standard names, or raise Certain if it is invalid."""
         standard_names = {name: standard for standard, name in names}
         try:
             robot = ElementTree.fromstring(description)
@@ -70,7 +70,7 @@ class RobotModel:
                 for link in robot.findall('link')}
             self.joints = [_joint(element) for element in robot.findall('joint')]
         except (ElementTree.ParseError, ValueError) as error:
-            raise Failed(f'the robot_description is invalid: {error}') from None
+            raise Certain(f'the robot_description is invalid: {error}') from None
         self._joint_above = {joint.child: joint for joint in self.joints}
 
     def joints_to(self, link: str) -> list[Joint]:
@@ -106,23 +106,30 @@ class RobotModel:
         return [solid._replace(pose=self.pose(name).compose(solid.pose))
                 for name in self.body(link) for solid in self.links.get(name, ())]
 
-    def solid(self, link: str, kind: str) -> Solid:
-        """Return the first of solids() that has a given kind, or raise Failed if none exists."""
+    def solid(self, link: str, *kinds: str) -> Solid:
+        """Return the first of solids() that has a given kind, or raise Certain if none has."""
         for solid in self.solids(link):
-            if solid.kind == kind:
+            if solid.kind in kinds:
                 return solid
-        raise Failed(f'{link} has no {kind}')
+        raise Certain(f'{link} has no {" or ".join(kinds)}')
+
+    def platform_heights(self) -> tuple[float, float]:
+        """Return the heights (m) of the platform's base and top above the bottom of the wheel."""
+        wheel = self.solid('wheel', 'cylinder', 'sphere')
+        platform = self.solid('platform', 'cylinder')
+        middle = float(platform.pose.position[2] - wheel.pose.position[2]) + wheel.size[0]
+        return middle - platform.size[1] / 2.0, middle + platform.size[1] / 2.0
 
     def joint(self, link: str) -> Joint:
-        """Return the closest movable ancestor joint of a link, or raise Failed if none exists."""
+        """Return the closest movable joint above a link, or raise Certain if there is none."""
         for joint in reversed(self.joints_to(link)):
             if joint.movable:
                 return joint
-        raise Failed(f'no joint turns {link}')
+        raise Certain(f'no joint turns {link}')
 
 
 def model(record: Record) -> RobotModel:
-    """Return the robot model in the latest robot_description, or raise Failed if it is invalid."""
+    """Return the robot model in the latest robot_description, or raise Certain if invalid."""
     require_clear(record, 'robot_description', 'base_link', 'platform', 'stem', 'wheel')
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')

@@ -13,10 +13,12 @@
 # limitations under the License.
 """Rules for frames, names, rates, the robot_description and the robot node."""
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
 from math import asin, copysign, degrees, dist, hypot, isfinite
+from operator import itemgetter
 from statistics import median
 from typing import Any
 
@@ -123,7 +125,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
 
 @rule('frames: robot', "base_link has other child frames, as defined by the robot's urdf file",
       'every link of the URDF is a frame below base_link, and the wheel is on the ground',
-      ['joint_states: names', 'rate: joint_states'])
+      ['joint_states: names'])
 def links_are_frames(record: Record) -> Finding:
     robot = model(record)
     found = from_faults([f'{link} is not in TF' for link in robot.links if link != 'base_link'
@@ -150,19 +152,25 @@ def brick_is_below_world(record: Record) -> Finding:
 
 
 @rule('frames: broadcasters', 'Broadcasting the … base_link frame …, the brick frame …',
-      'every frame has one broadcaster, and every timestamp is the current time')
+      'every frame has one broadcaster')
 def one_broadcaster(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
     require_clear(record, *(f'frame {name}' for name in record.frames))
-    faults = [f'{name} has several broadcasters' for name, found in record.frames.items()
-              if found.broadcasters > 1]
+    return from_faults([f'{name} has several broadcasters'
+                        for name, found in record.frames.items() if found.broadcasters > 1],
+                       len(record.frames), 'frames')
+
+
+@rule('frames: timestamps', 'integrated into various standard ROS systems (e.g., tf, joint_states',
+      'the timestamps of transforms, odom and joint_states are the current time')
+def timestamps_are_current(record: Record) -> Finding:
+    require(record.frames or None, 'no node broadcasts any frame')
     wrong = [*(name for name, found in record.frames.items() if found.wrong_stamps),
              *(f'messages on {record.profile.topics[name]}' for name in ('odom', 'joint_states')
                if any(stamp_of(received) != nanoseconds_of(received.message.header.stamp)
                       for received in record.topics[name]))]
-    if wrong:
-        faults.append(f'timestamps are 0 or far from the current time: {", ".join(wrong)}')
-    return from_faults(faults, len(record.frames), 'frames')
+    return Finding(not wrong, f'0 or far from the current time: {", ".join(wrong)}' if wrong else
+                   f'current in {len(record.frames)} frames')
 
 
 @rule('names: relative', 'refer to ROS entities using relative names from within your nodes',
@@ -221,7 +229,7 @@ def velocity(message: Any) -> tuple[float, float, float]:
 
 
 @rule('cmd_vel: at rest', 'If the turtle is not moving … a cmd_vel of 0',
-      'every command is 0 while the robot is at rest')
+      'every command is 0 while the robot is at rest', ['rate: cmd_vel'])
 def commands_at_rest(record: Record) -> Finding:
     require_data(record.idle, 'the graph was not observed')
     speeds = [hypot(*velocity(command.message)) for begin, end in record.idle
@@ -232,7 +240,7 @@ def commands_at_rest(record: Record) -> Finding:
 
 
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
-      'the pose on odom equals a pose of base_link in TF at the same time ± '
+      'the pose of base_link in odom, equal to a pose in TF at the same time ± '
       f'{ODOM_DELAY_NS * SECONDS_PER_NS:g} s, except for one turtlesim tick', firm=False)
 def odometry_equals_tf(record: Record) -> Finding:
     off, turned, base = [], [], frame(record, 'base_link').samples
@@ -346,7 +354,7 @@ def platform_clears_the_base(record: Record) -> Finding:
     reach = hypot(radius + hypot(x, y), abs(z) + thickness / 2.0)
     top = base.pose.position[2] + base.size[2] / 2.0
     clearance = hinge[2] - top - reach
-    return Finding(clearance >= -1e-6, f'a clearance of {clearance:.3f} m')
+    return Finding(clearance >= -NEAR, f'a clearance of {clearance:.3f} m')
 
 
 @rule('URDF: post', 'A fixed cylindrical link should connect the base_link to the platform',
@@ -380,10 +388,11 @@ def stem_turns(record: Record) -> Finding:
 
 
 @rule('URDF: wheel', 'A wheel is connected to the stem and can roll as the robot moves',
-      'a cylinder on the stem with a continuous joint along its level axis')
+      'a cylinder or sphere on the stem with a continuous joint along its level axis')
 def wheel_rolls(record: Record) -> Finding:
     robot, joint = model(record), model(record).joint('wheel')
-    along = abs(float(robot.axis(joint) @ robot.solid('wheel', 'cylinder').pose.upright))
+    wheel = robot.solid('wheel', 'cylinder', 'sphere')
+    along = abs(float(robot.axis(joint) @ wheel.pose.upright)) if wheel.kind == 'cylinder' else 1.0
     on_stem = robot.joint('stem') in robot.joints_to(joint.parent)
     return Finding(on_stem and along > 0.999 and abs(robot.axis(joint)[2]) < 0.05
                    and joint.kind == 'continuous', f'{joint.kind} {joint.name}')
@@ -405,11 +414,10 @@ def links_differ_in_color(record: Record) -> Finding:
       'platform_height, wheel_radius and platform_radius as configured', ['URDF: wheel'])
 def model_has_the_numbers(record: Record) -> Finding:
     robot, height = model(record), number(record, 'platform_height')
-    wheel, platform = (robot.solid(link, 'cylinder') for link in ('wheel', 'platform'))
-    ground = wheel.pose.position[2] - wheel.size[0]
-    middle, half = platform.pose.position[2] - ground, platform.size[1] / 2.0
-    met = abs(height - middle) <= half + EXACT
-    text = f'platform from {middle - half:.3f} to {middle + half:.3f} m (configured {height:.3f})'
+    wheel = robot.solid('wheel', 'cylinder', 'sphere')
+    platform, (low, high) = robot.solid('platform', 'cylinder'), robot.platform_heights()
+    met = low - EXACT <= height <= high + EXACT
+    text = f'platform from {low:.3f} to {high:.3f} m (configured {height:.3f})'
     for name, solid in (('wheel_radius', wheel), ('platform_radius', platform)):
         configured, radius = number(record, name), solid.size[0]
         met = met and abs(radius - configured) <= EXACT
@@ -419,7 +427,7 @@ def model_has_the_numbers(record: Record) -> Finding:
 
 @rule('drive: goal', 'driving the robot toward the goal pose using cmd_vel messages',
       f'the robot stops within {PRECISION} m of its goal, in 8 directions',
-      ['drive: straight', 'drive: overshoot'], firm=False)
+      ['frames: odom', 'drive: straight', 'drive: overshoot'], firm=False)
 def goals_are_reached(record: Record) -> Finding:
     off = []
     for drive in drives(record):
@@ -434,45 +442,60 @@ def deviations(record: Record) -> Iterator[tuple[float, float]]:
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
-        for received in record.messages('pose', drive.begin, drive.end):
-            dx, dy = received.message.x - x1, received.message.y - y1
+        offsets = [(received.message.x - x1, received.message.y - y1)
+                   for received in record.messages('pose', drive.begin, drive.end)]
+        # A robot that ends far from the goal has not driven to it.
+        for dx, dy in offsets if offsets and hypot(*offsets[-1]) < drive.length / 2.0 else ():
             yield dx * ux + dy * uy, dy * ux - dx * uy
 
 
 @rule('drive: straight', 'the stem points in that direction and then the robot translates',
-      f'at most {PRECISION} m beside the line from start to goal', firm=False)
+      f'at most {PRECISION} m beside the line from start to goal', ['frames: odom'], firm=False)
 def drives_are_straight(record: Record) -> Finding:
     return within(PRECISION, [abs(side) for _, side in deviations(record)],
-                  'the robot was not observed', 'at most {:.3f} m beside the line in {} poses')
+                  'the robot did not drive to its goal',
+                  'at most {:.3f} m beside the line in {} poses')
 
 
 @rule('drive: overshoot', 'driving the robot toward the goal pose',
-      f'at most {PRECISION} m beyond the goal', ['drive: speed'], firm=False)
+      f'at most {PRECISION} m beyond the goal', ['frames: odom', 'drive: speed'], firm=False)
 def drives_do_not_overshoot(record: Record) -> Finding:
     return within(PRECISION, [along for along, _ in deviations(record)],
-                  'the robot was not observed', 'at most {:.3f} m beyond the goal in {} poses')
+                  'the robot did not drive to its goal',
+                  'at most {:.3f} m beyond the goal in {} poses')
 
 
 @rule('drive: speed', 'The max_velocity, maximum translational velocity of the robot',
-      'some commands are above 0, and none is above max_velocity')
+      'no command is above max_velocity')
 def speed_is_limited(record: Record) -> Finding:
     limit = number(record, 'max_velocity')
     speeds = [hypot(*velocity(command.message)[:2]) for command in messages(record, 'cmd_vel')]
     if not any(speeds):
-        drives(record)  # If the robot was not driven, this call raises Open.
-    return Finding(0.0 < largest(speeds) <= limit * (1.0 + 1e-6),
+        raise Open('every command was 0')
+    return Finding(largest(speeds) <= limit * (1.0 + 1e-6),
                    f'at most {largest(speeds):.3f} m/s (limit {limit:g})')
+
+
+def nearest(values: list[tuple[int, float]], stamp: int) -> float:
+    """Return the value whose timestamp (ns) is closest to a given time (ns)."""
+    index = bisect_left(values, stamp, key=itemgetter(0))
+    return min(values[max(index - 1, 0):index + 1], key=lambda one: abs(one[0] - stamp))[1]
 
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
-    joint, radius = model(record).joint('wheel'), number(record, 'wheel_radius')
+    robot, configured = model(record), record.profile.numbers.get('wheel_radius')
+    radius = configured or robot.solid('wheel', 'cylinder', 'sphere').size[0]
+    joint, stem = robot.joint('wheel'), robot.joint('stem').name
     driven = rolled = direction = 0.0
-    angles = record.joint(joint.name, drive.begin, drive.end)
-    track = [(angle, wheel) for stamp, angle in thin(angles)
-             if (wheel := record.pose(joint.child, stamp)) is not None]
-    for (last_angle, last_wheel), (angle, wheel) in pairwise(track):
-        motion, axis = (wheel.position - last_wheel.position)[:2], wheel.axes @ joint.axis
+    # TF contains the stem angle too, but robot_state_publisher may publish it at a low rate.
+    stems = record.joint(stem, drive.begin, drive.end)
+    track = [(angle, base, nearest(stems, stamp))
+             for stamp, angle in thin(record.joint(joint.name, drive.begin, drive.end))
+             if (base := record.pose('base_link', stamp)) is not None and stems]
+    for (last_angle, last_base, _), (angle, base, steering) in pairwise(track):
+        motion = (base.position - last_base.position)[:2]
+        axis = base.axes @ robot.axis(joint, {stem: steering})
         driven += hypot(*motion)
         rolled += radius * abs(angle - last_angle)
         direction += (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1])
@@ -481,13 +504,14 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
 
 @rule('drive: rolling', 'the wheel is rolling without slipping',
       f'wheel angle x wheel_radius = driven distance within {MAX_SLIP:.0%}, in the direction of '
-      'the motion', ['joint_states: names', 'URDF: wheel', 'URDF: numbers', 'frames: base_link',
-                     'frames: robot'], firm=False)
+      'the motion', ['joint_states: names', 'URDF: stem', 'URDF: wheel', 'URDF: numbers',
+                     'frames: base_link', 'frames: robot'], firm=False)
 def wheel_does_not_slip(record: Record) -> Finding:
     points = [driven_and_rolled(record, drive) for drive in drives(record)]
-    driven, rolled = zip(*points)
-    met = all(abs(b - a) <= MAX_SLIP * a + 0.005 for a, b in points)
-    text = f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(points)} drives'
+    driven, rolled = zip(*require_data([point for point in points if point[0] > 0.0],
+                                       'the robot was not observed while driving'))
+    met = all(abs(b - a) <= MAX_SLIP * a + 0.005 for a, b in zip(driven, rolled))
+    text = f'rolled {sum(rolled):.3f} m, driven {sum(driven):.3f} m in {len(driven)} drives'
     return Finding(met, text, Plot(
         'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
         (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])),
@@ -536,8 +560,7 @@ def stem_points_along(record: Record) -> Finding:
         moving = [(sample, motion) for sample, motion in motions if hypot(*motion) > NEAR]
         angles = thin(record.joint(model(record).joint('stem').name, drive.begin, drive.end))
         for sample, motion in thin(moving[len(moving) // 4:3 * len(moving) // 4]):
-            angle = min(angles, key=lambda one: abs(one[0] - sample.stamp))[1]
-            off.append(misalignment(record, sample, angle, motion))
+            off.append(misalignment(record, sample, nearest(angles, sample.stamp), motion))
     return within(MAX_MISALIGNMENT, off, 'the robot was not observed while driving',
                   'at most {:.1f} degrees off in {} poses')
 
@@ -546,9 +569,10 @@ def stem_points_along(record: Record) -> Finding:
       'the joint and TF have each requested angle', ['frames: robot', 'URDF: platform'])
 def platform_has_the_tilt(record: Record) -> Finding:
     require_clear(record, 'tilt', 'pose', 'joint_states', f'frame {record.actual("platform")}')
-    robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
     for request in require_data(record.tilts, 'the platform was not tilted'):
         require_accepted(request)
+    robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
+    for request in record.tilts:
         positions = record.joint(joint.name, request.begin, request.end)
         stamp = request.end - BEFORE_NS
         platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)

@@ -18,7 +18,7 @@ Each rule has a function that returns a `Finding`. The function raises `Failed` 
 absent, and `Open` if the record is insufficient for a judgment.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy
@@ -48,6 +48,10 @@ class Failed(Exception):
 
 class Absent(Failed):
     """Exception raised if a requirement is not met because a part of the graph is absent."""
+
+
+class Certain(Failed):
+    """Exception raised if a requirement is not met and no load of the machine can explain it."""
 
 
 class Open(Exception):
@@ -108,7 +112,8 @@ class Rule(NamedTuple):
                 met, measured, plot, certain = self.judge(record)
             mark = MET if met else FAILED
         except Failed as error:
-            mark, measured, absent = FAILED, str(error), isinstance(error, Absent)
+            mark, measured = FAILED, str(error)
+            absent, certain = isinstance(error, Absent), isinstance(error, Certain)
         except Open as error:
             mark, measured = OPEN, str(error)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
@@ -119,10 +124,10 @@ class Rule(NamedTuple):
                         absent=absent, certain=bool(certain))
 
     def judge_under_load(self, record: Record, calm: Record) -> Judgment:
-        """Judge a record. A failure that the load of the machine may explain is open."""
+        """Judge a record. A failure that the load from other programs may explain is open."""
         found = self(record)
         if found.mark == FAILED and not found.certain:
-            trials = record if self.firm or found.absent else calm
+            trials = record if self.firm or found.absent or record.hog else calm
             marks = [self(trial).mark for trial in trials.single_trials()]
             # Load that is not noticed may spoil a few trials, but not most of them, and hardly
             # more than twice as many as the load that is noticed.
@@ -151,7 +156,9 @@ class Rules(list[Rule]):
         overload, calm = record.stall_summary(), record.without_stalls()
         judgments = [rule.judge_under_load(record, calm) if overload else rule(record)
                      for rule in self]
-        causes = self.causes({one.name: one.measured for one in judgments if one.mark == FAILED})
+        causes = self.causes({one.name: one.measured if one.absent else one.name
+                              for one in judgments if one.mark == FAILED},
+                             {one.name for one in judgments if one.mark == MET})
         absent = {one.name for one in judgments if one.absent}
         crashed = {name for name, found in causes.items()
                    if record.crashes and absent.intersection([name, *found])}
@@ -164,19 +171,24 @@ class Rules(list[Rule]):
         order = (FAILED, OPEN, MET)
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
-    def causes(self, failed: Mapping[str, str]) -> dict[str, list[str]]:
-        """Map each failed requirement to the other failed requirements that may have caused it."""
-        above = {name: self.all_dependencies(name) for name in failed}
+    def causes(self, failed: Mapping[str, str], met: Collection[str]) -> dict[str, list[str]]:
+        """
+        Map each failed requirement to the other failed requirements that may have caused it.
+
+        :param failed: failed requirements with their faults
+        :param met: requirements that are met
+        """
+        above = {name: self.all_dependencies(name, met) for name in failed}
         roots = [name for name in failed if not above[name] & failed.keys()]
-        # If requirements fail with the same measured result, only the first counts as a cause.
+        # If requirements fail because of the same fault, only the first counts as a cause.
         first = {failed[root]: root for root in reversed(roots)}
         return {name: sorted({first[failed[root]] for root in roots
                               if root in {name, *above[name]}} - {name}) for name in failed}
 
-    def all_dependencies(self, name: str) -> set[str]:
-        """Return the direct and indirect dependencies of a rule."""
-        depends_on = {rule.name: rule.depends_on for rule in self}.get(name, ())
-        return {*depends_on}.union(*map(self.all_dependencies, depends_on))
+    def all_dependencies(self, name: str, met: Collection[str] = ()) -> set[str]:
+        """Return the direct and indirect dependencies of a rule, without those that are met."""
+        names = {rule.name: set(rule.depends_on) for rule in self}.get(name, set()).difference(met)
+        return names.union(*(self.all_dependencies(one, met) for one in names))
 
 
 def number(record: Record, name: str) -> float:
