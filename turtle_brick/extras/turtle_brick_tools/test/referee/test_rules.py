@@ -424,6 +424,7 @@ FAULTS = (
     urdf('URDF: wheel', "link[@name='wheel']/visual/origin", 'rpy', '0 0 0'),
     urdf('URDF: wheel', "joint[@name='wheel_joint']", 'type', 'revolute'),
     urdf('URDF: colors', "link[@name='platform']/visual/material", 'name', 'green'),
+    urdf('URDF: colors', "material[@name='blue']/color", 'rgba', '0.250 0.58 0.340 1.0'),
     urdf('URDF: numbers', "link[@name='wheel']/visual/geometry/cylinder", 'radius', '0.22'),
     urdf('URDF: numbers', "link[@name='platform']/visual/geometry/cylinder", 'radius', '0.15'),
     urdf('URDF: numbers', "link[@name='platform']/visual/origin", 'xyz', '0 0 0.1'),
@@ -729,6 +730,23 @@ def test_a_brick_may_land_above_platform_height_if_the_platform_is_there():
     record = make_record(rate=10.0)
     record.profile.numbers['platform_height'] -= 0.04
     assert {one.mark for one in judge(record, 'URDF: numbers', 'fall: platform')} == {MET}
+
+
+def test_the_size_of_the_brick_is_that_of_its_turned_marker():
+    record = make_record(rate=10.0)
+    marker = record.markers[4].marker
+    marker.scale.x, marker.scale.z = marker.scale.z, marker.scale.x
+    marker.pose.orientation.y = marker.pose.orientation.w = sqrt(0.5)
+    found = judge(record, 'fall: ground', 'fall: platform', 'slide: end')
+    assert {one.mark for one in found} == {MET}
+
+
+def test_parameters_that_only_limit_errors_may_be_unknown():
+    record = make_record()
+    for name in ('max_velocity', 'gravity_accel', 'wheel_radius'):
+        del record.profile.numbers[name]
+    found = judge(record, 'odom: pose', 'brick: rides', 'fall: ground', 'drive: rolling')
+    assert [one.name for one in found if one.mark != MET] == []
 
 
 def test_the_marker_of_a_moving_brick_is_not_compared_with_the_brick():

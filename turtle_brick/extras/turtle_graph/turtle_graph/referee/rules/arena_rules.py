@@ -26,9 +26,11 @@ import numpy
 from turtle_graph.client.drops import DropWatch, STILL, UNREACHABLE
 from turtle_graph.client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
                                           distance_to_rectangle, inclination, Pose, pose)
+from turtle_graph.client.profiles import NUMBERS
 from turtle_graph.client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
                                         SECONDS_PER_NS)
 from turtle_graph.referee.rules.robot_model import model
+from turtle_graph.referee.rules.robot_rules import top_speed
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
                                              NEAR, number, Open, PHYSICS_RATE, Plot,
                                              RATE_TOLERANCE, require, require_accepted,
@@ -177,12 +179,21 @@ def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
     return bool(off) and median(off) <= MARKER_DISTANCE
 
 
-def brick_size(record: Record) -> Any:
-    """Return the size (m) of the brick's box marker, or raise Open if no such marker exists."""
+def brick_size(record: Record) -> Array:
+    """
+    Return the size (m) of the brick's box marker along the axes of the brick's frame.
+
+    :raises Open: if the brick has no box marker
+    """
+    _, idle = record.trial_spans()[0]
     with suppress(Failed):
         for received in brick_markers(record)[::-1]:
-            if received.marker.type == CUBE:
-                return received.marker.scale
+            for time in (received.published, idle) if received.marker.type == CUBE else ():
+                brick = record.pose('brick', time)
+                if brick is not None:
+                    corners = parts(received.marker)[0]
+                    return numpy.ptp(brick.locate(pose_of_marker(
+                        record, received, time).transform(corners)), axis=0)
     raise Open('the size of the brick is unknown because it has no box marker')
 
 
@@ -380,12 +391,12 @@ def falls_are_parabolas(record: Record) -> Finding:
 
 def judge_landing(record: Record, caught: bool) -> Finding:
     """Judge the heights at which bricks landed on the platform (if `caught`) or on the ground."""
-    gravity, met = number(record, 'gravity_accel'), True
+    gravity, met = record.profile.numbers.get('gravity_accel', NUMBERS['gravity_accel']), True
     landed = require_data([
         (drop.place[2], drop.landed[2]) for drop in dropped(record)
         if drop.landed is not None and drop.caught is caught
     ], f'no brick has landed on the {"platform" if caught else "ground"}')
-    expected, above = brick_size(record).z / 2.0, 0.0
+    expected, above = brick_size(record)[2] / 2.0, 0.0
     if caught:
         expected += number(record, 'platform_height')
         with suppress(Failed):  # The top of the platform may be above platform_height.
@@ -433,7 +444,7 @@ def brick_rides(record: Record) -> Finding:
             platform := record.pose('platform', (drop.down or 0) - 2 * lag)) is not None)
         landed = require(drop.landed, 'the brick did not land')
         landing.append(max(dist(landed[:2], drop.place[:2]) - driven, 0.0))
-    allowed = number(record, 'max_velocity') * MAX_LAG + NEAR
+    allowed = top_speed(record) * MAX_LAG + NEAR
     met = largest([*rest, *landing]) <= 2.0 * NEAR and largest(moving) <= allowed
     return Finding(met, f'moved by {largest(landing):.4f} m at the landing, {largest(rest):.4f} m '
                    f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides',
@@ -513,7 +524,7 @@ def slides_end_at_the_edge(record: Record) -> Finding:
             continue  # On a busy machine, a pose may be unknown.
         forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
         clearances.append(distance_to_rectangle(
-            place[:2], atan2(forward[1], forward[0]), (size.x, size.y)) - radius)
+            place[:2], atan2(forward[1], forward[0]), (size[0], size[1])) - radius)
         heights.append(abs(place[2] - before[2]))
     require_data(clearances, 'no brick has slid off')
     return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
@@ -576,7 +587,7 @@ def texts(record: Record) -> list[ReceivedMarker]:
              if UNREACHABLE.lower() in received.marker.text.lower()]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
         raise Failed('no marker says Unreachable')
-    return require_data(found, 'no brick was out of reach')
+    return require_data(found, 'no brick was certainly out of reach')
 
 
 @rule('text: kind', 'the node publishes a Text marker … that says "Unreachable"',

@@ -33,7 +33,7 @@ class Solid(NamedTuple):
 
     kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry tag.
     size: tuple[float, ...]  # Values (m) of the attributes in SIZES.
-    color: str  # Value of the `rgba` attribute.
+    color: tuple[float, ...]  # Values of the `rgba` attribute.
     pose: Pose  # In the frame of the link, or in the root frame if solids() returned it.
 
 
@@ -159,7 +159,8 @@ def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
     name = None if material is None else material.get('name')
     colors = [*visual.iterfind('material/color'), *(
         color for one in robot.findall('material') if one.get('name') == name for color in one)]
-    return Solid(kind, size, colors[0].get('rgba', '') if colors else '', _origin(visual))
+    color = tuple(map(float, colors[0].get('rgba', '').split())) if colors else ()
+    return Solid(kind, size, color, _origin(visual))
 
 
 def _joint(element: ElementTree.Element) -> Joint:
