@@ -843,7 +843,10 @@ def record_of_crash(crash):
 
 def test_what_a_crash_causes_is_said_once():
     crash = "turtle_robot crashed: LookupException: 'odom' does not exist"
-    found = [one for one in record_of_crash(crash) if one.mark == FAILED]
+    judgments = record_of_crash(crash)
+    opened = {one.name: one.measured for one in judgments if one.mark == OPEN}
+    assert opened['drive: rolling'] == f'the robot was not driven; {crash}'
+    found = [one for one in judgments if one.mark == FAILED]
     assert {tuple(one.follows) for one in found} == {(crash,)}
     assert {'frames: world', 'frames: robot', 'rate: odom'} <= {one.name for one in found}
 

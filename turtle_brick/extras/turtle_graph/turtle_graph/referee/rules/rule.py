@@ -164,6 +164,9 @@ class Rules(list[Rule]):
                    if record.crashes and absent.intersection([name, *found])}
         causes.update(dict.fromkeys(crashed, record.crashes))
         judgments = [one._replace(follows=causes.get(one.name, ())) for one in judgments]
+        judgments = [one._replace(measured=f'{one.measured}; {"; ".join(record.crashes)}')
+                     if one.mark == OPEN and crashed & self.all_dependencies(one.name) else one
+                     for one in judgments]
         lacks = '; '.join(filter(LACKS.search, record.crashes))
         if lacks:  # The graph may be correct in an environment that contains everything.
             judgments = [one._replace(mark=OPEN, measured=lacks, follows=())
