@@ -31,7 +31,7 @@ from turtle_graph.client.drops import DropWatch
 from turtle_graph.client.geometry import ARENA_SIZE, CENTER, Vector
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.profiles import NUMBERS
-from turtle_graph.client.record import Request
+from turtle_graph.client.record import EXTRAPOLATION_NS, Request
 from turtle_graph.client.spinning import Spinner
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import Failed, Open
@@ -217,13 +217,20 @@ class Trial(GraphClient):
             self.record.tilts.append(Request(
                 begin, time_ns(), angle, is_sent, 'no node subscribes to tilt', is_sent))
 
+    def platform_height(self) -> float:
+        """Return the parameter platform_height (m), if unknown the height in TF, or a guess."""
+        platform = self.record.pose('platform', time_ns() - EXTRAPOLATION_NS)
+        if 'platform_height' in self.record.profile.numbers or platform is None:
+            return self.number('platform_height')
+        return float(platform.position[2])
+
     def start_of(self, drop: PlannedDrop) -> Vector:
         """Return the starting position (m) of the brick for a planned drop."""
         speed, radius = self.number('max_velocity'), self.number('platform_radius')
         distance = min(radius + drop.driving_time * speed if drop.driving_time else 0.3 * radius,
                        ARENA_SIZE / 2.0 - EDGE_DISTANCE)
         time = max(max(distance - radius, 0.0) / speed + drop.spare_time, 0.1)
-        height = self.number('platform_height') + self.number('gravity_accel') * time ** 2 / 2.0
+        height = self.platform_height() + self.number('gravity_accel') * time ** 2 / 2.0
         return *offset_by(CENTER, drop.direction, distance), height
 
     def drop_all(self, drops: Sequence[PlannedDrop]) -> None:
