@@ -218,7 +218,7 @@ class Trial(GraphClient):
                 begin, time_ns(), angle, is_sent, 'no node subscribes to tilt', is_sent))
 
     def platform_height(self) -> float:
-        """Return the parameter platform_height (m), if unknown the height in TF, or a guess."""
+        """Return the height (m) of the platform: the parameter, the height in TF, or a guess."""
         platform = self.record.pose('platform', time_ns() - EXTRAPOLATION_NS)
         if 'platform_height' in self.record.profile.numbers or platform is None:
             return self.number('platform_height')

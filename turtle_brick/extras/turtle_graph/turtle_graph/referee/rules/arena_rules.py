@@ -414,7 +414,7 @@ def judge_landing(record: Record, caught: bool) -> Finding:
 
 rule('fall: ground', 'If the brick hits … the ground it stops falling',
      'the bottom of the brick stops on the ground',
-     ['fall: course'], firm=False)(partial(judge_landing, caught=False))
+     ['frames: broadcasters', 'place'], firm=False)(partial(judge_landing, caught=False))
 rule('fall: platform', 'If the brick hits the platform … it stops falling',
      'the bottom of the brick stops on the top of the platform',
      ['fall: acceleration', 'URDF: numbers'], firm=False)(partial(judge_landing, caught=True))
@@ -557,8 +557,7 @@ def name_of(drop: DropWatch) -> str:
 
 
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
-      'a goal or "Unreachable" is published before the brick lands', ['fall: acceleration'],
-      firm=False)
+      'a goal or "Unreachable" is published before the brick lands', firm=False)
 def verdicts_come_in_time(record: Record) -> Finding:
     # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
@@ -573,7 +572,7 @@ def verdicts_come_in_time(record: Record) -> Finding:
 
 @rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
       'a brick is caught if and only if it was not called Unreachable',
-      ['verdict: out of reach', 'verdict: in reach'], firm=False)
+      ['fall: acceleration', 'verdict: out of reach', 'verdict: in reach'], firm=False)
 def verdicts_come_true(record: Record) -> Finding:
     drops = completed(record)
     return from_faults([
@@ -644,8 +643,8 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
-      'each brick within reach is caught', ['verdict: in time', 'drive: goal'],
-      firm=False)
+      'each brick within reach is caught',
+      ['fall: acceleration', 'verdict: in time', 'drive: goal'], firm=False)
 def reachable_bricks_are_caught(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.should_be_caught)
     return from_faults([
