@@ -226,6 +226,15 @@ def test_mistake_in_launch_file_is_named(text, expected, environment, tmp_path, 
     assert expected in done.text
 
 
+def test_debug_option_prints_the_traceback_of_an_error(environment, tmp_path, monkeypatch):
+    path = tmp_path / 'wrong.launch.py'
+    path.write_text('def generate_launch_description():\n    return Node()\n')
+    done = run_here(['ros2', 'launch', '-d', str(path)], monkeypatch)
+    assert done.status == 1
+    assert '[DEBUG] [launch]: Traceback (most recent call last):\n' in done.text
+    assert f'File "{path}", line 2, in generate_launch_description\n' in done.text
+
+
 def test_interrupted_command_is_not_an_error(environment, tmp_path, monkeypatch):
     path = tmp_path / 'command.launch.xml'
     path.write_text('<launch><log message="$(command '

@@ -21,6 +21,7 @@ from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_loader
 import os
 import signal
+import traceback
 from types import SimpleNamespace
 
 from launch import actions
@@ -290,6 +291,8 @@ class LaunchService:
         return self._status
 
     def _fail(self, error):
+        if isinstance(error, Exception):
+            self._logger.debug(''.join(traceback.format_exception(error)).rstrip())
         self._logger.error(f'Caught exception in launch (see debug for traceback): {error}')
         self._status = 1
         self.context.shutdown(str(error))
