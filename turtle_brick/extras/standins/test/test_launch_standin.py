@@ -226,6 +226,19 @@ def test_mistake_in_launch_file_is_named(text, expected, environment, tmp_path, 
     assert expected in done.text
 
 
+@pytest.mark.parametrize('name, text', [
+    ('all.launch.xml', '<launch><include file="part.launch.xml"><let name="side" value="left"/>'
+     '</include></launch>'),
+    ('all.launch.yaml', 'launch:\n- include:\n    file: part.launch.xml\n    let:\n'
+     '    - name: side\n      value: left')])
+def test_include_accepts_let(name, text, environment, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path('part.launch.xml').write_text('<launch><log message="$(var side)"/></launch>')
+    Path(name).write_text(text)
+    done = run_here(['ros2', 'launch', name], monkeypatch)
+    assert done.text.endswith('[INFO] [launch.user]: left\n')
+
+
 def test_debug_option_prints_the_traceback_of_an_error(environment, tmp_path, monkeypatch):
     path = tmp_path / 'wrong.launch.py'
     path.write_text('def generate_launch_description():\n    return Node()\n')

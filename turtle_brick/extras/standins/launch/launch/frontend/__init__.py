@@ -171,7 +171,8 @@ NESTED = {  # functions that convert nested elements to action arguments (launch
     'executable': lambda element, inner: {'additional_env': take_pairs(inner, 'env')},
     'group': lambda element, inner: {'launch_configurations': take_pairs(inner, 'keep'),
                                      'actions': take_all(inner)},
-    'include': lambda element, inner: {'launch_arguments': take(inner, 'arg', 'name', 'value')},
+    'include': lambda element, inner: {'launch_arguments': [
+        *take(inner, 'arg', 'name', 'value'), *take(inner, 'let', 'name', 'value')]},
     'reset': lambda element, inner: {'launch_configurations': take_pairs(inner, 'keep')},
     'timer': lambda element, inner: {'actions': take_all(inner)}}
 
