@@ -50,6 +50,10 @@ def arguments(function):
     return list(found), [name for name, each in found.items() if each.default is each.empty]
 
 
+def supported(names):
+    return f'The stand-in for launch supports {", ".join(sorted(names))}'
+
+
 def unescape(text):
     return re.sub(r'\\(.)', r'\1', text)
 
@@ -66,7 +70,7 @@ class ToSubstitutions(Transformer):
     def substitution(self, parts):
         name, *given = parts
         if name not in SUBSTITUTIONS:
-            raise RuntimeError(f'Unknown substitution: {name}')
+            raise RuntimeError(f'Unknown substitution: {name}. {supported(SUBSTITUTIONS)}')
         if name in ('any', 'all'):
             return SUBSTITUTIONS[name](*given)
         names, needed = arguments(SUBSTITUTIONS[name].do)
@@ -141,7 +145,7 @@ def attributes(element, known, needed=()):
     unknown = {name for name in names if names[name] not in known or name in XML}
     if unknown:
         raise ValueError(f'Unexpected attribute(s) found in `{element.tag}`: {unknown}. '
-                         f'Expected: {", ".join(sorted(XML.get(name, name) for name in known))}')
+                         f'{supported(XML.get(name, name) for name in known)}')
     return {names[name]: read(element, name) for name in names}
 
 
@@ -180,8 +184,8 @@ NESTED = {  # functions that convert nested elements to action arguments (launch
 def action(element):
     """Convert an XML or YAML element to an action."""
     if element.tag not in ACTIONS:
-        raise RuntimeError(f'Unrecognized entity of the type: {element.tag}. '
-                           f'Expected: {", ".join(sorted(ACTIONS))}')
+        raise RuntimeError(
+            f'Unrecognized entity of the type: {element.tag}. {supported(ACTIONS)}')
     check_text(element)
     kind, options, inner = ACTIONS[element.tag], {}, list(element)
     known, needed = arguments(kind.do)
