@@ -459,6 +459,7 @@ def test_test_run_matches_recording(record, runs, files):
         assert re.search(rf'\n{outcome} \S*{Path(record["command"][-1]).name}', output)
         for part in re.findall(r'(?s)\n(FAIL: .*?)(?=\n===|\n--- Cap)', record['stdout']):
             assert part.strip() in output
+            assert f'{part.split()[1]} failed\n' in output
         return
     done, _ = runs[record['name']].result()
     assert done.status == record['returncode']

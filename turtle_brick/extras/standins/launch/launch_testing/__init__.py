@@ -196,7 +196,7 @@ def run(module, arguments=(), debug=False):
     running, ended = tests_of(module, {
         **named, 'launch_service': service, 'proc_info': processes, 'proc_output': processes,
         'test_args': dict(arguments)})
-    names = [test.id() for test in running]
+    names = [test.id() for test in (*running, *ended)]
 
     def test():
         if processes.ready.wait(START_TIME):
@@ -286,8 +286,10 @@ class LaunchTest(pytest.Item):
     def runtest(self):
         failures = run(self.parent.obj)
         if failures:
-            pytest.fail('\n\n'.join(f'{"=" * 70}\nFAIL: {name}\n{"-" * 70}\n{text}'
-                                    for name, text in failures), pytrace=False)
+            summary = '\n'.join(f'{name} failed' for name, _ in failures)
+            details = '\n\n'.join(f'{"=" * 70}\nFAIL: {name}\n{"-" * 70}\n{text}'
+                                  for name, text in failures)
+            pytest.fail(f'{summary}\n{details}', pytrace=False)
 
     def reportinfo(self):
         return self.path, 0, f'launch tests: {self.name}'
