@@ -66,7 +66,7 @@ INTERFACE_LISTS = {'interface_list': 'turtle|:', 'interface_package': '',
 
 # Verbs that set parameters or call services run last, because they affect the other verbs.
 HERE = sorted(set(RECORDS).difference(PROCESSES, INTERFACE_LISTS), key=lambda name: (
-    re.match('param_set|call', name) is not None, list(RECORDS).index(name)))
+    re.match('param_(set|load)|call', name) is not None, list(RECORDS).index(name)))
 
 
 @pytest.fixture(scope='module')
@@ -307,10 +307,12 @@ MAY_DIFFER = (
 ANSWERS = {
     'call_place_refused': r'(message=).*()',
     # rclpy and rclcpp give different reasons for rejecting a parameter.
-    **dict.fromkeys(('param_delete', 'param_set_out_of_range', 'param_set_unknown',
+    **dict.fromkeys(('param_delete', 'param_load', 'param_set_out_of_range', 'param_set_unknown',
                      'param_set_wrong_type'), r'(failed: ).*()'),
     'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
     'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
+    # This warning appears only if the command has not yet discovered the publisher.
+    'topic_delay_without_header': r'()WARNING: .*\n()',
     'topic_list_verbose': r'(/(?:tf_static|rosout|parameter_events) .*\] )\d+( )',
 }
 """Patterns for output that may differ from the recording, keyed by recording name."""
@@ -460,12 +462,9 @@ def test_interfaces_are_listed(name, monkeypatch):
      '    /turtlesim [turtlesim/action/RotateAbsolute]\n'),
     ('action type /turtle1/rotate_absolute', 'turtlesim/action/RotateAbsolute\n'),
     ('daemon status', 'The daemon is not running\n'),
-    ('param list --param-type --filter gravity /arena', '  gravity_accel (type: double)\n'),
-    ('param load /turtlesim blue.yaml', 'Set parameter background_b successful\n')])
-def test_verb_without_recording(words, text, open_graph_here, tmp_path, monkeypatch):
+    ('param list --param-type --filter gravity /arena', '  gravity_accel (type: double)\n')])
+def test_verb_without_recording(words, text, open_graph_here, monkeypatch):
     monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
-    monkeypatch.chdir(tmp_path)
-    Path('blue.yaml').write_text('/turtlesim: {ros__parameters: {background_b: 250}}')
     assert run_here(['ros2', *words.split()], monkeypatch).text == text
 
 
