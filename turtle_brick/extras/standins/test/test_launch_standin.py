@@ -300,6 +300,52 @@ def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
     assert "sending signal 'SIGINT' to process[sleep-1]" in done.text
 
 
+ENTITIES = """
+from launch import Action, LaunchDescription, Substitution
+from launch.actions import (ExecuteProcess, GroupAction, IncludeLaunchDescription, LogInfo,
+                            RegisterEventHandler, TimerAction)
+from launch.event_handlers import OnProcessExit, OnProcessIO
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import (LaunchConfiguration, PathJoinSubstitution, PathSubstitution,
+                                  ThisLaunchFileDir)
+from launch_ros.actions import Node, PushROSNamespace
+from launch_ros.substitutions import FindPackageShare
+
+
+class Shout(Substitution):
+    def __init__(self, text):
+        self.text = text
+
+    def perform(self, context):
+        return f'{self.text}!'
+
+
+class Greet(Action):
+    def execute(self, context):
+        return [LogInfo(msg=Shout('hello'))]
+
+
+def generate_launch_description():
+    return LaunchDescription([%s])
+"""
+
+
+@pytest.mark.parametrize('entities, message', [
+    ("LogInfo(msg=PathSubstitution('a') / ['b', LaunchConfiguration('side')] / 'c/')",
+     'a/bleft/c'),
+    ("LogInfo(msg=(PathJoinSubstitution(['a']) / 'b').describe())",
+     "PathJoinSubstitution(''a', 'b'')"),
+    ("LogInfo(msg=FindPackageShare('turtle_brick') / 'launch')", f'{SHARE}/launch'),
+    ("LogInfo(msg=(ThisLaunchFileDir() / 'x').describe())",
+     "PathJoinSubstitution('ThisLaunchFileDir(), 'x'')")])
+def test_entities_without_recordings(entities, message, environment, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path('all.launch.py').write_text(ENTITIES % entities)
+    Path('part.launch.xml').write_text('<launch/>')
+    done = run_here(['ros2', 'launch', 'all.launch.py', 'side:=left'], monkeypatch)
+    assert message in done.text
+
+
 @pytest.mark.parametrize('package, name', [
     ('launch', 'LaunchIntrospector'), ('launch.actions', 'ExecuteLocal'),
     ('launch.events.process', 'ShutdownProcess'), ('launch_ros.substitutions', 'Parameter'),

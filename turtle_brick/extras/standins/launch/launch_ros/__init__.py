@@ -22,7 +22,7 @@ import ament_index_python as index
 from launch import frontend
 from launch.actions import action, ExecuteProcess, TimerAction
 from launch.frontend import attributes, substitute, take, TYPES
-from launch.substitutions import (describe, get_logger, is_typed, missing_name, perform,
+from launch.substitutions import (describe, get_logger, is_typed, missing_name, PathBase, perform,
                                   read_typed, Substitution, substitution, SubstitutionFailure,
                                   TextSubstitution)
 import yaml
@@ -50,7 +50,7 @@ def _find_executable(context, executable, package):
     return path
 
 
-class FindPackage(Substitution):
+class FindPackage(PathBase):
     """The base class of substitutions that return a package directory."""
 
     def do(self, context, package):

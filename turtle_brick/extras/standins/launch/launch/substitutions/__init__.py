@@ -173,9 +173,9 @@ def describe(value, separator=' + '):
     return value.describe() if isinstance(value, Substitution) else f"'{value}'"
 
 
-def substitution(name, description, function):
+def substitution(name, description, function, base=Substitution):
     """Create a substitution class whose `do` method is a given function."""
-    return type(name, (Substitution,), {'description': description, 'do': staticmethod(function)})
+    return type(name, (base,), {'description': description, 'do': staticmethod(function)})
 
 
 class TextSubstitution(Substitution):
@@ -191,6 +191,13 @@ class TextSubstitution(Substitution):
 
     def perform(self, context):
         return self.text
+
+
+class PathBase(Substitution):
+    """The base class of paths to which the operator `/` appends a component."""
+
+    def __truediv__(self, component):
+        return PathJoinSubstitution([*getattr(self, 'substitutions', [self]), component])
 
 
 def _look_up(what, values, name, default, context):
@@ -222,19 +229,25 @@ ThisLaunchFile = substitution(
     'ThisLaunchFile', 'ThisLaunchFile()', lambda context: _launch_file('ThisLaunchFile', context))
 ThisLaunchFileDir = substitution(
     'ThisLaunchFileDir', 'ThisLaunchFileDir()',
-    lambda context: os.path.dirname(_launch_file('ThisLaunchFileDir', context)))
+    lambda context: os.path.dirname(_launch_file('ThisLaunchFileDir', context)),
+    PathBase)
 FileContent = substitution('FileContent', 'FileContent({path})', lambda context, path: (
     Path(perform(context, path)).read_text(encoding='utf-8')))
 LaunchLogDir = substitution(
-    'LaunchLogDir', 'LaunchLogDir()', lambda context: launch_config.log_dir)
+    'LaunchLogDir', 'LaunchLogDir()', lambda context: launch_config.log_dir, PathBase)
 LocalSubstitution = substitution(
     'LocalSubstitution', 'LocalVar({expression})',
     lambda context, expression, description='': eval(f'context.locals.{expression}'))
 PathJoinSubstitution = substitution(
     'PathJoinSubstitution', "PathJoinSubstitution('{substitutions}')",
-    lambda context, substitutions: os.path.join(*(perform(context, each)
-                                                  for each in substitutions)))
+    lambda context, substitutions: str(Path(*(perform(context, each) for each in substitutions))),
+    PathBase)
 PathJoinSubstitution.separator = ', '
+
+
+def PathSubstitution(path):
+    """Return a path that consists of a single substitution or of a list of components."""
+    return PathJoinSubstitution(normalize_to_list_of_substitutions(path))
 
 
 def _find_executable(context, *, name):
