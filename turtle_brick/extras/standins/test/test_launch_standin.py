@@ -337,7 +337,9 @@ def generate_launch_description():
      "PathJoinSubstitution(''a', 'b'')"),
     ("LogInfo(msg=FindPackageShare('turtle_brick') / 'launch')", f'{SHARE}/launch'),
     ("LogInfo(msg=(ThisLaunchFileDir() / 'x').describe())",
-     "PathJoinSubstitution('ThisLaunchFileDir(), 'x'')")])
+     "PathJoinSubstitution('ThisLaunchFileDir(), 'x'')"),
+    ("GroupAction([PushROSNamespace('g'), TimerAction(period=0.1, actions=[LogInfo("
+     "msg=LaunchConfiguration('ros_namespace'))])])", '[launch.user]: /g')])
 def test_entities_without_recordings(entities, message, environment, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path('all.launch.py').write_text(ENTITIES % entities)

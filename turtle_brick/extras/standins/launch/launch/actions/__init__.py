@@ -196,12 +196,14 @@ class GroupAction(Action):
 class TimerAction(Action):
 
     def do(self, context, *, period, actions):
-        async def wait(file=context.launch_file):
+        async def wait(file=context.launch_file, settings=dict(context.launch_configurations)):
             await context.pause(period if isinstance(period, (int, float)) else float(
                 perform(context, period)))
             context.launch_file = file
+            current, context.launch_configurations = context.launch_configurations, settings
             for each in actions if not context.is_shutdown else ():
                 context.visit(each)
+            context.launch_configurations = current
         self.task = context.create_task(wait())
 
 
