@@ -237,7 +237,8 @@ def test_mistake_in_launch_file_is_named(text, expected, environment, tmp_path, 
      '    - name: side\n      value: left')])
 def test_include_accepts_let(name, text, environment, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path('part.launch.xml').write_text('<launch><log message="$(var side)"/></launch>')
+    Path('part.launch.xml').write_text(
+        '<launch><arg name="side"/><log message="$(var side)"/></launch>')
     Path(name).write_text(text)
     done = run_here(['ros2', 'launch', name], monkeypatch)
     assert done.text.endswith('[INFO] [launch.user]: left\n')

@@ -27,8 +27,8 @@ from types import SimpleNamespace
 from launch import actions
 from launch.actions import (Action, DeclareLaunchArgument, OnExecutionComplete,
                             SetLaunchConfiguration)
-from launch.substitutions import (get_logger, launch_config, log_file, missing_name, perform,
-                                  Substitution)
+from launch.substitutions import (describe, get_logger, launch_config, log_file, missing_name,
+                                  perform, Substitution)
 
 __all__ = ['Action', 'LaunchContext', 'LaunchDescription', 'LaunchService', 'Substitution']
 __getattr__ = missing_name('launch')
@@ -54,10 +54,10 @@ class LaunchDescription:
         found = []
         for each in (entity or self).get_sub_entities():
             under = conditional or each.condition is not None
-            names = [name for name, _ in getattr(each, 'launch_arguments', ())]
+            names = [describe(name) for name, _ in getattr(each, 'launch_arguments', ())]
             if isinstance(each, DeclareLaunchArgument):
                 found.append((each, each.default_value is None and not under
-                              and each.name not in given))
+                              and describe(each.name) not in given))
             else:
                 found += self.declared_arguments(each, (*given, *names), under)
         return found
