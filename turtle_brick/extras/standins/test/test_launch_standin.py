@@ -340,7 +340,8 @@ def generate_launch_description():
     ("LogInfo(msg=(ThisLaunchFileDir() / 'x').describe())",
      "PathJoinSubstitution('ThisLaunchFileDir(), 'x'')"),
     ("GroupAction([PushROSNamespace('g'), TimerAction(period=0.1, actions=[LogInfo("
-     "msg=LaunchConfiguration('ros_namespace'))])])", '[launch.user]: /g')])
+     "msg=LaunchConfiguration('ros_namespace'))])])", '[launch.user]: /g'),
+    ('Greet()', 'hello!')])
 def test_entities_without_recordings(entities, message, environment, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path('all.launch.py').write_text(ENTITIES % entities)

@@ -111,6 +111,10 @@ class Deferred:
     def call(self, context):
         return self.do(context, *self.given.args[1:], **self.given.kwargs)
 
+    def do(self, context):
+        """Run the action or substitution. Subclasses override this method or its caller."""
+        raise NotImplementedError
+
 
 def normalize_to_list_of_substitutions(value):
     return [part if isinstance(part, Substitution) else TextSubstitution(text=part)
