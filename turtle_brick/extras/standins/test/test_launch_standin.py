@@ -217,6 +217,8 @@ MISTAKES = [
      "Attribute 'exec' of type '<class 'str'>' not found in Entity 'node'"),
     ('<launch><group ns="a"/></launch>',
      "`group`: {'ns'}. The stand-in for launch supports forwarding, if, scoped,"),
+    ('<launch><log message="hi" if="true" unless="false"/></launch>',
+     "if and unless conditions can't be used simultaneously"),
     ('<launch><log message="$(param x)"/></launch>',
      'Unknown substitution: param. The stand-in for launch supports all, and, anon,')]
 
@@ -341,7 +343,16 @@ def generate_launch_description():
      "PathJoinSubstitution('ThisLaunchFileDir(), 'x'')"),
     ("GroupAction([PushROSNamespace('g'), TimerAction(period=0.1, actions=[LogInfo("
      "msg=LaunchConfiguration('ros_namespace'))])])", '[launch.user]: /g'),
-    ('Greet()', 'hello!')])
+    ('Greet()', 'hello!'),
+    ("*[ExecuteProcess(cmd=['true'])] * 2", "action 'true-2': executed more than once: "),
+    ("RegisterEventHandler(OnProcessIO(on_stdout=[])), ExecuteProcess(cmd=['echo'])",
+     "'list' object is not callable"),
+    ("IncludeLaunchDescription(PythonLaunchDescriptionSource('part.launch.xml'))",
+     '): invalid syntax (part.launch.xml, line 1)'),
+    ("RegisterEventHandler(OnProcessExit(target_action='a', on_exit=[]))",
+     "action_matcher must be an 'Action' instance or a callable, but got 'a'"),
+    ('TimerAction(period=1, actions=[])', "but got '1' of type '<class 'int'>'"),
+    ("ExecuteProcess(cmd=['true'], additional_env={'A': 1})", "item of type '<class 'int'>'")])
 def test_entities_without_recordings(entities, message, environment, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path('all.launch.py').write_text(ENTITIES % entities)

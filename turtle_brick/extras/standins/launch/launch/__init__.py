@@ -112,22 +112,28 @@ def get_launch_description_from_any_launch_file(path):
 class LaunchDescriptionSource:
     """A launch file whose path may contain substitutions."""
 
+    read = staticmethod(get_launch_description_from_any_launch_file)
+
     def __init__(self, launch_file_path):
         self.path = launch_file_path
 
     def get_launch_description(self, context):
         self.location = perform(context, self.path)
-        return get_launch_description_from_any_launch_file(self.location)
+        return self.read(self.location)
 
     def try_get_launch_description_without_context(self):
         with suppress(Exception):  # The path may depend on unset launch configurations.
             return self.get_launch_description(LaunchContext())
 
 
-# All launch description sources select the parser by the suffix of the launch file.
-AnyLaunchDescriptionSource = PythonLaunchDescriptionSource = LaunchDescriptionSource
+class PythonLaunchDescriptionSource(LaunchDescriptionSource):
+
+    read = staticmethod(get_launch_description_from_python_launch_file)
+
+
+# All other launch description sources select the parser by the suffix of the launch file.
+AnyLaunchDescriptionSource = FrontendLaunchDescriptionSource = LaunchDescriptionSource
 XMLLaunchDescriptionSource = YAMLLaunchDescriptionSource = LaunchDescriptionSource
-FrontendLaunchDescriptionSource = LaunchDescriptionSource
 
 
 class IncludeLaunchDescription(Action):

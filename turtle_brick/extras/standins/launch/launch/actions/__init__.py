@@ -127,7 +127,11 @@ class EventHandler:
         self.reactions = reactions
         if not reactions or not set(reactions) <= set(self.kinds):
             raise TypeError(f'{type(self).__name__} requires {" or ".join(self.kinds)}, but got '
-                            f'{", ".join(reactions) or "neither"}')
+                            f'{", ".join(reactions) or "nothing"}')
+        if not (target_action is None or isinstance(target_action, Action)
+                or callable(target_action)):
+            raise TypeError("action_matcher must be an 'Action' instance or a callable, but got "
+                            f"'{target_action}'")
 
     def matches(self, event):
         target = self.target_action
@@ -136,9 +140,9 @@ class EventHandler:
 
     def handle(self, event, context):
         reaction = self.reactions[event.kind]
-        if not callable(reaction):
-            return reaction
-        return reaction(event) if event.kind in OnProcessIO.kinds else reaction(event, context)
+        if event.kind in OnProcessIO.kinds:
+            return reaction(event)
+        return reaction(event, context) if callable(reaction) else reaction
 
 
 def event_handler(name, *kinds):
@@ -195,9 +199,15 @@ class GroupAction(Action):
 
 class TimerAction(Action):
 
+    def __init__(self, **options):
+        super().__init__(**options)
+        if isinstance(self.period, int):
+            raise TypeError("'TimerAction' expected 'period' to be a float, a str or a "
+                            f"substitution, but got '{self.period}' of type '<class 'int'>'")
+
     def do(self, context, *, period, actions):
         async def wait(file=context.launch_file, settings=dict(context.launch_configurations)):
-            await context.pause(period if isinstance(period, (int, float)) else float(
+            await context.pause(period if isinstance(period, float) else float(
                 perform(context, period)))
             context.launch_file = file
             current, context.launch_configurations = context.launch_configurations, settings
@@ -245,6 +255,9 @@ class ExecuteProcess(Action):
         def text(value):
             return None if value is None else perform(context, value)
 
+        def texts(values):
+            return {text(name): text(value) for name, value in values.items()}
+
         settings, self.command = context.launch_configurations, [*map(text, cmd)]
         if prefix is None and re.match(settings.get('launch-prefix-filter', ''),
                                        os.path.basename(self.command[0])):
@@ -252,9 +265,11 @@ class ExecuteProcess(Action):
         self.command[:0] = shlex.split(text(prefix) or '')
         context.process_count += 1
         self.name = f'{text(name) or os.path.basename(self.command[0])}-{context.process_count}'
-        self.variables = dict(context.environment if env is None else (map(text, each)
-                                                                       for each in env.items()))
-        self.variables.update(map(text, each) for each in (additional_env or {}).items())
+        if self in context.processes:
+            raise RuntimeError(
+                f"ExecuteLocal action '{self.name}': executed more than once: {self}")
+        self.variables = {**(context.environment if env is None else texts(env)),
+                          **texts(additional_env or {})}
         self.directory = text(cwd)
         output = os.environ.get('OVERRIDE_LAUNCH_PROCESS_OUTPUT') or (
             output if isinstance(output, dict) else text(output))

@@ -193,6 +193,8 @@ def action(element):
         more, needed = arguments(kind.__init__)
         known = {*known, *more} - {'cmd'}
     options.update(attributes(element, {*known, 'if', 'unless'}, needed))
+    if 'if' in options and 'unless' in options:
+        raise RuntimeError("if and unless conditions can't be used simultaneously")
     for name, condition in (('if', IfCondition), ('unless', UnlessCondition)):
         if name in options:
             options['condition'] = condition(options.pop(name))
