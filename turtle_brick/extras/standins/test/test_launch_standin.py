@@ -352,7 +352,9 @@ def generate_launch_description():
     ("RegisterEventHandler(OnProcessExit(target_action='a', on_exit=[]))",
      "action_matcher must be an 'Action' instance or a callable, but got 'a'"),
     ('TimerAction(period=1, actions=[])', "but got '1' of type '<class 'int'>'"),
-    ("ExecuteProcess(cmd=['true'], additional_env={'A': 1})", "item of type '<class 'int'>'")])
+    ("ExecuteProcess(cmd=['true'], additional_env={'A': 1})", "item of type '<class 'int'>'"),
+    ("Node(executable='x', params=[])",
+     'it has these arguments: executable, package, name, namespace')])
 def test_entities_without_recordings(entities, message, environment, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path('all.launch.py').write_text(ENTITIES % entities)

@@ -102,9 +102,11 @@ class Deferred:
         try:
             self.given = signature.bind(None, *args, **kwargs)
         except TypeError as error:
-            names = ', '.join(list(signature.parameters)[1:])
+            found = {**inspect.signature(type(self).__init__).parameters, **signature.parameters}
+            names = [name for name, each in found.items() if name not in ('self', 'context')
+                     and each.kind not in (each.VAR_POSITIONAL, each.VAR_KEYWORD)]
             raise TypeError(f'{type(self).__name__}.__init__() {error}. In the stand-in for '
-                            f'launch, it has these arguments: {names}') from None
+                            f'launch, it has these arguments: {", ".join(names)}') from None
         self.given.apply_defaults()
         self.__dict__.update(self.given.arguments)
 
