@@ -794,6 +794,16 @@ def test_no_load_explains_a_joint_that_is_absent():
     assert found.mark == FAILED and 'no joint turns wheel' in found.measured
 
 
+def test_a_stall_explains_a_rate_that_is_slightly_wrong_at_times():
+    at_times, always = make_record((drive,)), make_record((drive,), rate=90.0)
+    del at_times.topics['odom'][120::10]
+    for record, expected in ((at_times, OPEN), (always, FAILED)):
+        record.idle, record.tilts = [(at(-0.5), at(0.6))], [Request(at(9.0), at(9.6), ANGLE)]
+        assert judge(record, 'rate: odom')[0].mark == FAILED
+        record.stalls = [(at(9.1), at(9.13))]
+        assert judge(record, 'rate: odom')[0].mark == expected
+
+
 def test_the_load_explains_lost_messages():
     record = make_record((drive,))
     del record.topics['odom'][::10]

@@ -56,6 +56,8 @@ COMMAND_AGE_NS = 50_000_000
 """Maximum interval (ns) between an odometry message and the command with the same twist."""
 ODOM_DELAY_NS = 100_000_000
 """Maximum difference (ns) between the timestamps of equal poses on odom and in TF."""
+LOAD_RATE_TOLERANCE = 0.2
+"""Relative error of a rate that a few stalls can explain if the rate is right at other times."""
 ODOM_LOAD_DELAY = 0.5
 """Delay (s) of the pose on odom that the load of a machine can explain."""
 GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
@@ -205,10 +207,12 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
         text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
     if record.hog:
         text += f'; {record.hog}'
-    met = all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates)
+    off = [abs(rate / nominal - 1.0) for rate in rates]
+    met = max(off) <= RATE_TOLERANCE
     # On a busy machine, nodes that need more time than turtlesim skip messages before turtlesim.
-    calm_count = sum(record.is_calm(*span) for span in spans)
-    if not met and not record.hog and calm_count < len(spans) / 2:
+    stalled = record.stalled_trials()
+    is_close = min(off) <= RATE_TOLERANCE and max(off) <= LOAD_RATE_TOLERANCE
+    if not met and not record.hog and (stalled and is_close or stalled > len(spans) / 2):
         raise Open(f'{text}; not judged: {record.stall_summary()}')
     return Finding(met, text, certain=bool(record.hog))
 
