@@ -452,7 +452,8 @@ def brick_rides(record: Record) -> Finding:
 
 
 @rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
-      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses', firm=False)
+      'times', f'equal within {SAME_ANGLE} rad in 99 of 100 inclined poses', ['brick: rides'],
+      firm=False)
 def brick_has_the_angle(record: Record) -> Finding:
     off, level = [], 0
     for begin, end in record.trial_spans():
