@@ -84,14 +84,17 @@ def test_without_viser_the_viewer_prints_how_to_install_it(monkeypatch, capsys):
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_signal_during_the_creation_of_a_node_ends_the_program(domain_id, number):
-    # Python runs no signal handler if a signal arrives just before a call of time.sleep.
+    # Python may run the handler of a signal that another thread receives only when the main thread
+    # waits the next time, so this node waits for short times, as nodes do.
     code = """
+import time
+
 from turtle_graph.client.run_node import run_node
 
 def create():
     print("creating", flush=True)
     while True:
-        pass
+        time.sleep(0.01)
 
 run_node(create, "test")
 """
