@@ -80,6 +80,12 @@ def fill_angle(message: Any, angle: float) -> bool:
     return False
 
 
+def known_nodes(infos: Iterable[Any]) -> list[str]:
+    """Return the full name of each node in a list of topic endpoints, if the name is known."""
+    return [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos
+            if info.node_name != UNKNOWN_NODE]
+
+
 def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
     """Return a QoS profile for subscriptions with the queue size DEPTH."""
     return QoSProfile(
@@ -209,9 +215,7 @@ class Observer(Node):
             infos = self._others(self.get_publishers_info_by_topic(topic))
             if not infos:
                 continue
-            record.publishers.setdefault(topic, set()).update(
-                f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos
-                if info.node_name != UNKNOWN_NODE)
+            record.publishers.setdefault(topic, set()).update(known_nodes(infos))
             qos = [info.qos_profile for info in infos]
             # A subscription receives messages only from publishers with compatible QoS.
             reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)
@@ -329,9 +333,7 @@ class Observer(Node):
         record = self.record
         for name in ('pose', 'cmd_vel', 'odom', 'joint_states'):
             topic = self.resolve_topic_name(record.profile.topics[name])
-            nodes = [f'{info.node_namespace.rstrip("/")}/{info.node_name}'
-                     for info in self._others(self.get_publishers_info_by_topic(topic))
-                     if info.node_name != UNKNOWN_NODE]
+            nodes = known_nodes(self._others(self.get_publishers_info_by_topic(topic)))
             # Several nodes may publish different joints.
             joints = {tuple(getattr(received.message, 'name', ()))
                       for received in record.topics[name]}
