@@ -396,16 +396,16 @@ def judge_landing(record: Record, caught: bool) -> Finding:
         (drop.place[2], drop.landed[2]) for drop in dropped(record)
         if drop.landed is not None and drop.caught is caught
     ], f'no brick has landed on the {"platform" if caught else "ground"}')
-    expected, above = brick_size(record)[2] / 2.0, 0.0
+    lowest = highest = brick_size(record)[2] / 2.0
     if caught:
-        expected += number(record, 'platform_height')
+        top = platform_height = number(record, 'platform_height')
         with suppress(Failed):  # The top of the platform may be above platform_height.
-            _, top = model(record).platform_heights()
-            above = max(top - number(record, 'platform_height'), 0.0)
+            top = max(top, model(record).platform_heights()[1])
+        lowest, highest = lowest + platform_height, highest + top
     for start, height in landed:
         # At the end of the last time step, the brick may be below the surface on which it lands.
-        step = sqrt(2.0 * gravity * max(start - expected, 0.0)) * STEP
-        met = met and -step - NEAR <= height - expected <= above + step + NEAR
+        step = sqrt(2.0 * gravity * max(start - lowest, 0.0)) * STEP
+        met = met and lowest - step - NEAR <= height <= highest + step + NEAR
     heights = [height for _, height in landed]
     return Finding(met, f'center of the brick at {min(heights):.3f} to {max(heights):.3f} m '
                    f'in {len(heights)} drops',

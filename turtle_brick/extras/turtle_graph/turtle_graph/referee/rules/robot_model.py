@@ -113,10 +113,13 @@ class RobotModel:
                 return solid
         raise Certain(f'{link} has no {" or ".join(kinds)}')
 
+    def wheel(self) -> Solid:
+        """Return the wheel, whose first size is its radius, or raise Certain if there is none."""
+        return self.solid('wheel', 'cylinder', 'sphere')
+
     def platform_heights(self) -> tuple[float, float]:
         """Return the heights (m) of the platform's base and top above the bottom of the wheel."""
-        wheel = self.solid('wheel', 'cylinder', 'sphere')
-        platform = self.solid('platform', 'cylinder')
+        wheel, platform = self.wheel(), self.solid('platform', 'cylinder')
         middle = float(platform.pose.position[2] - wheel.pose.position[2]) + wheel.size[0]
         return middle - platform.size[1] / 2.0, middle + platform.size[1] / 2.0
 

@@ -400,7 +400,7 @@ def stem_turns(record: Record) -> Finding:
       'a cylinder or sphere on the stem with a continuous joint along its level axis')
 def wheel_rolls(record: Record) -> Finding:
     robot, joint = model(record), model(record).joint('wheel')
-    wheel = robot.solid('wheel', 'cylinder', 'sphere')
+    wheel = robot.wheel()
     along = abs(float(robot.axis(joint) @ wheel.pose.upright)) if wheel.kind == 'cylinder' else 1.0
     on_stem = robot.joint('stem') in robot.joints_to(joint.parent)
     return Finding(on_stem and along > 0.999 and abs(robot.axis(joint)[2]) < 0.05
@@ -423,8 +423,8 @@ def links_differ_in_color(record: Record) -> Finding:
       'platform_height, wheel_radius and platform_radius as configured', ['URDF: wheel'])
 def model_has_the_numbers(record: Record) -> Finding:
     robot, height = model(record), number(record, 'platform_height')
-    wheel = robot.solid('wheel', 'cylinder', 'sphere')
-    platform, (low, high) = robot.solid('platform', 'cylinder'), robot.platform_heights()
+    wheel, platform = robot.wheel(), robot.solid('platform', 'cylinder')
+    low, high = robot.platform_heights()
     met = low - EXACT <= height <= high + EXACT
     text = f'platform from {low:.3f} to {high:.3f} m (configured {height:.3f})'
     for name, solid in (('wheel_radius', wheel), ('platform_radius', platform)):
@@ -494,7 +494,7 @@ def nearest(values: list[tuple[int, float]], stamp: int) -> float:
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
     robot, configured = model(record), record.profile.numbers.get('wheel_radius')
-    radius = configured or robot.solid('wheel', 'cylinder', 'sphere').size[0]
+    radius = configured or robot.wheel().size[0]
     joint, stem = robot.joint('wheel'), robot.joint('stem').name
     driven = rolled = direction = 0.0
     # TF contains the stem angle too, but robot_state_publisher may publish it at a low rate.
