@@ -265,13 +265,18 @@ def change(record, topic, seconds, field, way):
     setattr(message, last, getattr(message, last) + way)
 
 
+def add_description(record, robot):
+    """Add a robot_description that contains the URDF of a robot."""
+    data = ElementTree.tostring(robot, 'unicode')
+    add_message(record, 'robot_description', SimpleNamespace(data=data), -0.4)
+
+
 def urdf(rule, where, attribute, *values):
     """Return a row of FAULTS that sets an attribute in the URDF to wrong values."""
     def edit(record, value):
         robot = ElementTree.fromstring(URDF)
         robot.find(where).set(attribute, value)
-        description = SimpleNamespace(data=ElementTree.tostring(robot, 'unicode'))
-        add_message(record, 'robot_description', description, -0.4)
+        add_description(record, robot)
     return rule, edit, (), values
 
 
@@ -665,8 +670,7 @@ def test_a_link_is_where_its_visual_is():
                 origin = ElementTree.SubElement(visual, 'origin', {'xyz': '0 0 0'})
             x, y, z = map(float, origin.get('xyz', '0 0 0').split())
             origin.set('xyz', f'{x} {y} {z - 0.4}')
-    add_message(record, 'robot_description',
-                SimpleNamespace(data=ElementTree.tostring(robot, 'unicode')), -0.4)
+    add_description(record, robot)
     names = [name for name in NAMES if name.startswith('URDF')]
     assert [one.name for one in judge(record, *names) if one.mark != MET] == []
 
@@ -721,8 +725,7 @@ def test_the_rolling_direction_does_not_depend_on_the_rate_of_tf():
 def test_a_wheel_may_be_a_sphere():
     record, robot = make_record((drive,)), ElementTree.fromstring(URDF)
     robot.find("link[@name='wheel']/visual/geometry/cylinder").tag = 'sphere'
-    add_message(record, 'robot_description',
-                SimpleNamespace(data=ElementTree.tostring(robot, 'unicode')), -0.4)
+    add_description(record, robot)
     assert {one.mark for one in judge(record, 'URDF: wheel', 'URDF: numbers')} == {MET}
 
 
