@@ -729,10 +729,30 @@ def test_a_wheel_may_be_a_sphere():
     assert {one.mark for one in judge(record, 'URDF: wheel', 'URDF: numbers')} == {MET}
 
 
-def test_a_brick_may_land_above_platform_height_if_the_platform_is_there():
+@pytest.mark.parametrize('offset, numbers', ((-0.04, MET), (0.04, FAILED)))
+def test_a_brick_may_land_beside_platform_height_if_the_platform_is_there(offset, numbers):
     record = make_record(rate=10.0)
-    record.profile.numbers['platform_height'] -= 0.04
-    assert {one.mark for one in judge(record, 'URDF: numbers', 'fall: platform')} == {MET}
+    record.profile.numbers['platform_height'] += offset
+    found = {one.name: one.mark for one in judge(record, 'URDF: numbers', 'fall: platform')}
+    assert found == {'URDF: numbers': numbers, 'fall: platform': MET}
+
+
+def test_where_a_brick_that_was_not_dropped_ends_may_follow_from_that():
+    record = make_record(rate=10.0, below=-0.5)
+    record.drops[1].released = None
+    found = {one.name: one.follows for one in judge(record, 'drop', 'fall: course', 'fall: ground')}
+    assert found == {'drop': [], 'fall: course': (), 'fall: ground': ['drop']}
+
+
+def test_the_stem_is_not_judged_where_the_robot_turns():
+    for crooked, mark in ((0.0, MET), (radians(6.0), FAILED)):
+        record, turned = make_record((drive,), crooked=crooked), turn(UPRIGHT[2], pi / 2.0)
+        corner = record.frames['base_link'].at(at(0.25)).pose.position
+        for sample in record.frames['base_link'].between(at(0.25), at(LEG)):
+            sample.pose.position[:] = corner + turned @ (sample.pose.position - corner)
+        for received in record.messages('joint_states', at(0.25), at(LEG)):
+            received.message.position[0] += pi / 2.0
+        assert judge(record, 'drive: stem')[0].mark == mark
 
 
 def test_the_size_of_the_brick_is_that_of_its_turned_marker():
@@ -793,8 +813,10 @@ def test_no_load_explains_a_joint_that_is_absent():
     add_message(record, 'robot_description', SimpleNamespace(data=URDF.replace(
         'type="continuous"', 'type="fixed"')), -0.4)
     record.stalls = [(at(-1.0), at(10.0))]
-    found, = judge(record, 'drive: rolling')
-    assert found.mark == FAILED and 'no joint turns wheel' in found.measured
+    for drives in (record.drives, []):
+        record.drives = drives
+        found, = judge(record, 'drive: stem first')
+        assert found.mark == FAILED and 'no joint turns stem' in found.measured
 
 
 def test_a_stall_explains_a_rate_that_is_slightly_wrong_at_times():

@@ -380,7 +380,7 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 @rule('fall: course', 'the brick starts falling in gravity',
       f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down',
-      ['frames: broadcasters', 'place'], firm=False)
+      ['frames: broadcasters', 'drop'], firm=False)
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = largest(fall.off for fall in found)
@@ -396,12 +396,10 @@ def judge_landing(record: Record, caught: bool) -> Finding:
         (drop.place[2], drop.landed[2]) for drop in dropped(record)
         if drop.landed is not None and drop.caught is caught
     ], f'no brick has landed on the {"platform" if caught else "ground"}')
-    lowest = highest = brick_size(record)[2] / 2.0
-    if caught:
-        top = platform_height = number(record, 'platform_height')
-        with suppress(Failed):  # The top of the platform may be above platform_height.
-            top = max(top, model(record).platform_heights()[1])
-        lowest, highest = lowest + platform_height, highest + top
+    surfaces = [number(record, 'platform_height') if caught else 0.0]
+    with suppress(Failed):  # The top of the platform may be above or below platform_height.
+        surfaces += [model(record).platform_heights()[1]] if caught else []
+    lowest, highest = (end(surfaces) + brick_size(record)[2] / 2.0 for end in (min, max))
     for start, height in landed:
         # At the end of the last time step, the brick may be below the surface on which it lands.
         step = sqrt(2.0 * gravity * max(start - lowest, 0.0)) * STEP
@@ -414,7 +412,7 @@ def judge_landing(record: Record, caught: bool) -> Finding:
 
 rule('fall: ground', 'If the brick hits … the ground it stops falling',
      'the bottom of the brick stops on the ground',
-     ['frames: broadcasters', 'place'], firm=False)(partial(judge_landing, caught=False))
+     ['frames: broadcasters', 'drop'], firm=False)(partial(judge_landing, caught=False))
 rule('fall: platform', 'If the brick hits the platform … it stops falling',
      'the bottom of the brick stops on the top of the platform',
      ['fall: acceleration', 'URDF: numbers'], firm=False)(partial(judge_landing, caught=True))

@@ -17,7 +17,7 @@ from bisect import bisect_left
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
-from math import asin, copysign, degrees, dist, hypot, isfinite
+from math import asin, atan2, copysign, degrees, dist, hypot, isfinite
 from operator import itemgetter
 from statistics import median
 from typing import Any
@@ -538,7 +538,7 @@ def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> 
       f'the stem has turned to within {MAX_MISALIGNMENT:g} degrees before the robot moves',
       ['drive: stem'], firm=False)
 def stem_turns_first(record: Record) -> Finding:
-    lead_times = []
+    joint, lead_times = model(record).joint('stem'), []
     for drive in drives(record):
         samples = frame(record, 'base_link').between(drive.begin, drive.end)
         motions = [(sample.stamp, (sample.pose.position - samples[0].pose.position)[:2])
@@ -546,8 +546,7 @@ def stem_turns_first(record: Record) -> Finding:
         far = [motion for _, motion in motions if hypot(*motion) > START_DISTANCE]
         if far:
             departure = turned = next(stamp for stamp, motion in motions if hypot(*motion) > EXACT)
-            for stamp, angle in reversed(record.joint(
-                    model(record).joint('stem').name, drive.begin, departure)):
+            for stamp, angle in reversed(record.joint(joint.name, drive.begin, departure)):
                 if misalignment(record, samples[0], angle, far[0]) > MAX_MISALIGNMENT:
                     break
                 turned = stamp
@@ -555,6 +554,12 @@ def stem_turns_first(record: Record) -> Finding:
     require_data(lead_times, 'the robot was not observed while driving')
     return Finding(min(lead_times) > 0.0,
                    f'at least {min(lead_times):.3f} s before, in {len(lead_times)} drives')
+
+
+def are_parallel(a: Array, b: Array) -> bool:
+    """Return whether two motions (m) are long enough and have the same direction."""
+    turned = abs(atan2(a[0] * b[1] - a[1] * b[0], a @ b))
+    return min(hypot(*a), hypot(*b)) > NEAR and degrees(turned) <= MAX_MISALIGNMENT
 
 
 @rule('drive: stem', 'the stem points in that direction … (while the wheel rolls)',
@@ -566,7 +571,9 @@ def stem_points_along(record: Record) -> Finding:
         samples = frame(record, 'base_link').between(drive.begin, drive.end)
         motions = [(b, (b.pose.position - a.pose.position)[:2])
                    for a, b in zip(samples, samples[STRIDE:])]
-        moving = [(sample, motion) for sample, motion in motions if hypot(*motion) > NEAR]
+        moving = [(sample, motion) for (_, before), (sample, motion), (_, after) in zip(
+                      motions, motions[STRIDE:], motions[2 * STRIDE:])
+                  if are_parallel(before, motion) and are_parallel(motion, after)]
         angles = thin(record.joint(model(record).joint('stem').name, drive.begin, drive.end))
         for sample, motion in thin(moving[len(moving) // 4:3 * len(moving) // 4]):
             off.append(misalignment(record, sample, nearest(angles, sample.stamp), motion))
