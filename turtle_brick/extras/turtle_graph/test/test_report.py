@@ -70,8 +70,10 @@ def test_the_terminal_repeats_what_is_not_met(capsys):
 def judged(tmp_path):
     directory = tmp_path / 'judged'
     (directory / 'dora').mkdir(parents=True)
-    for name, judgments in (('ann', JUDGMENTS), ('bob', JUDGMENTS[4:]), ('dora/late', [])):
-        (directory / f'{name}.json').write_text(report.as_json(judgments, ABOUT))
+    for name, judgments, note in (('ann', JUDGMENTS, report.INTERRUPTED),
+                                  ('bob', JUDGMENTS[4:], 'ö'), ('dora/late', [], 'ö')):
+        (directory / f'{name}.json').write_text(
+            report.as_json(judgments, {**ABOUT, 'notes': [note]}))
     (directory / 'bob.html').touch()
     return directory
 
@@ -83,8 +85,8 @@ def test_the_summary_has_one_row_per_student(judged, tmp_path, monkeypatch, caps
     assert referee.main(['--summary', str(judged), '--csv', str(table), '--page', str(page)]) == 0
     assert list(csv.reader(table.open(newline=''))) == [
         ['student', MET, FAILED, OPEN, 'failed', 'open', 'date', 'f', 'b', 'a'],
-        ['ann', '1', '2', '2', 'b', 'c (judge again on a less busy machine); e (no data)',
-         '2026-11-23', '', FAILED, MET],
+        ['ann', '1', '2', '2', 'b', f'{report.INTERRUPTED}; c (judge again on a less busy '
+         'machine); e (no data)', '2026-11-23', '', FAILED, MET],
         ['bob', '1', '0', '0', '', '', '2026-11-23', '', '', MET],
         ['dora/late', '0', '0', '0', 'ö', '', '2026-11-23', '', '', '']]
     students, hardest = parse(page.read_text()).findall('.//table')

@@ -47,8 +47,6 @@ MAX_OPEN = 10
 """Maximum number of requirements that the load of the machine may leave open."""
 MOST = 0.6
 """Fraction of the processors above which a graph is to blame for its own rates."""
-INTERRUPTED = 'interrupted, so some requirements were not tested'
-"""Note in an incomplete record."""
 
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
@@ -67,7 +65,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
                 Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
                       is_alive=lambda: process is None or process.running).run()
             except KeyboardInterrupt:
-                record.note(INTERRUPTED)
+                record.note(report.INTERRUPTED)
             if process is None:
                 spinner.node.find_duplicates()
             else:
@@ -80,7 +78,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
         observer = run_trial(options.namespace)
         namespaces = observer.other_namespaces()
         if (command and not observer.record.idle and len(namespaces) == 1
-                and INTERRUPTED not in observer.record.notes):
+                and report.INTERRUPTED not in observer.record.notes):
             # The command started a graph in a different namespace.
             observer = run_trial(namespaces.pop())
         if process is not None:
@@ -144,7 +142,7 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     report.print_judgments(judgments, about)
     marks = {one.mark for one in judgments}
     incomplete = FAILED not in marks and report.left_open(judgments) > MAX_OPEN
-    return 2 if incomplete or INTERRUPTED in record.notes else int(FAILED in marks)
+    return 2 if incomplete or report.INTERRUPTED in record.notes else int(FAILED in marks)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -34,6 +34,8 @@ from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
 MAX_LENGTH, MAX_LINES = 400, 5
 """Maximum number of characters per line and of faults per student in the terminal."""
+INTERRUPTED = 'interrupted, so some requirements were not tested'
+"""Note of an incomplete judgment."""
 DATE = '%Y-%m-%d %H:%M %z'
 COLORS = {MET: 'green', FAILED: 'red', OPEN: 'yellow'}
 
@@ -204,8 +206,8 @@ def read(path: Path, name: str) -> dict[str, Any]:
         count = Counter(marks.values())
         return {'student': name, **{mark: count[mark] for mark in COLORS}, 'date': data['date'],
                 'failed': '; '.join([*faults, *causes]), **marks, 'faults': faults,
-                'open': '; '.join(f'{one.name} ({one.measured})' for one in reasons),
-                'causes': causes}
+                'open': '; '.join([*(note for note in data['notes'] if note == INTERRUPTED), *(
+                    f'{one.name} ({one.measured})' for one in reasons)]), 'causes': causes}
     except (LookupError, OSError, TypeError, ValueError) as error:
         raise ValueError(f'{path} is not a JSON file from the referee: {error!r}') from None
 
