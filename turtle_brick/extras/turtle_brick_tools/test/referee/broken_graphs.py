@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Judge graphs that are broken in one way, and check which requirements the referee fails.
+Judge right graphs and graphs with one fault, and check which requirements the referee fails.
 
     python3 broken_graphs.py [--busy 4] [--results FILE] [NAME ...]
 
@@ -30,7 +30,7 @@ from functools import partial
 from importlib.util import find_spec
 from itertools import count
 import json
-from math import inf, pi, radians
+from math import inf, pi, radians, sqrt
 from operator import attrgetter
 import os
 from pathlib import Path
@@ -213,6 +213,32 @@ def appear_when_placed() -> dict[str, Change]:
             'serve place': serve}
 
 
+def other_markers() -> dict[str, Change]:
+    """Show the brick in its parent frame, without a namespace, and turn the boxes of the walls."""
+    shown: list[tuple[Any, Change]] = []
+
+    def show(message: Any, forward: Change) -> None:
+        message.ns, message.frame_locked = '', False
+        shown[:] = [(message, forward)]
+
+    def move(message: Any, forward: Change) -> None:
+        forward(message)
+        for transform in message.transforms if shown else ():
+            marker, publish = shown[0]
+            marker.header = transform.header
+            place, there = marker.pose.position, transform.transform.translation
+            place.x, place.y, place.z = there.x, there.y, there.z
+            marker.pose.orientation = transform.transform.rotation
+            publish(marker)
+
+    def turn_walls(message: Any) -> None:
+        for marker in message.markers:
+            size, rotation = marker.scale, marker.pose.orientation
+            size.x, size.y = size.y, size.x
+            rotation.z = rotation.w = sqrt(0.5)
+    return {'publish brick_marker': show, 'publish /tf': move, 'publish walls': edit(turn_walls)}
+
+
 def respond_late(callback: Change, request: Any, response: Any) -> Any:
     """Respond after the brick has begun to fall."""
     arena: Any = callback.__self__  # type: ignore[attr-defined]
@@ -225,6 +251,7 @@ def respond_late(callback: Change, request: Any, response: Any) -> Any:
 FAULTS = (
     Fault('none', ()),
     Fault('no brick before the first place', (), ARENA, appear_when_placed()),
+    Fault('other markers', (), ARENA, other_markers()),
     Fault('wheel backward', ['drive: rolling'], ROBOT, joint(WHEEL, -1.0), firm=True),
     Fault('wheel ignores its radius', ['drive: rolling'], ROBOT, joint(WHEEL, 0.2)),
     Fault('stem backward', ['drive: rolling'], ROBOT, joint(STEM, 1.0, pi), firm=True),
@@ -284,6 +311,7 @@ def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) ->
     Return the requirements with a wrong mark.
 
     Load may leave what is not firm open. What depends on an open requirement may then fail.
+    Without load and faults, a requirement is open only if its test needs a namespace.
     """
     judged = {one.name: one for one in judgments}
     missing = [name for name in fault.fails if judged[name].mark == MET
@@ -292,7 +320,9 @@ def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) ->
     return [*(f'missing: {name} ({judged[name].measured})' for name in missing), *(
         f'false: {one.name} ({one.measured})' for one in judged.values()
         if one.mark == FAILED and not one.follows and one.name not in fault.fails
-        and not RULES.all_dependencies(one.name).intersection(opened))]
+        and not RULES.all_dependencies(one.name).intersection(opened)), *(
+        f'open: {one.name} ({one.measured})' for one in judged.values() if one.mark == OPEN
+        and not (fault.fails or is_loaded or one.name == 'names: relative'))]
 
 
 def run(fault: Fault) -> int:

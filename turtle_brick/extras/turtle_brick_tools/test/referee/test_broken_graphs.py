@@ -48,6 +48,9 @@ def test_a_wrong_mark_is_reported():
     assert wrong_marks(fault, [rolling, place], False) == ['false: place (off)']
     assert wrong_marks(fault, [rolling._replace(mark=MET)], True) == [
         'missing: drive: rolling (off)']
+    opened = [place._replace(mark=OPEN)]
+    assert wrong_marks(FAULTS[0], opened, True) == []
+    assert wrong_marks(FAULTS[0], opened, False) == ['open: place (off)']
 
 
 def test_what_depends_on_an_open_requirement_may_fail():
