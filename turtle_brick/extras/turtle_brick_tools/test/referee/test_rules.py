@@ -407,7 +407,7 @@ FAULTS = (
     urdf('drive: rolling', "joint[@name='wheel_joint']/axis", 'xyz', '0 -1 0'),
     urdf('drive: stem', "joint[@name='stem_joint']/axis", 'xyz', '0 0 -1'),
     ('drive: stem', 'crooked', (radians(4.0),), (radians(-6.0),)),
-    ('drive: stem first', turn_late, (-0.005,), (0.005,)),
+    ('drive: stem first', turn_late, (-0.005, 0.005), (0.015,)),
     ('drive: straight', lambda record, dy: change(record, 'pose', 0.2, 'y', dy),
      (0.04,), (0.08, -0.08)),
     ('drive: overshoot', lambda record, dx: change(record, 'pose', 0.55, 'x', dx),
