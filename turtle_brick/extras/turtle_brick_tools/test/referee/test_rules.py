@@ -37,6 +37,7 @@ from turtle_graph.client.record import (Drive, Frame, NS_PER_SECOND, Received, R
                                         Record, Request, Sample, SECONDS_PER_NS)
 from turtle_graph.referee import referee
 from turtle_graph.referee.rules import robot_rules
+from turtle_graph.referee.rules.arena_rules import is_text_visible
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import FAILED, Finding, MET, OPEN, Rules
 from visualization_msgs.msg import Marker
@@ -440,7 +441,7 @@ FAULTS = (
     ('drop', move_response, (-0.45,), (-0.55,)),
     ('drop', partial(move_response, accepted=False), (), (-0.1,)),
     ('drop: answer first', move_response, (-0.0005, 0.0035), (0.0045,)),
-    ('drop: answer first', partial(move_response, missing=1), (0.0035,), (0.0045,)),
+    ('drop: answer first', partial(move_response, missing=1), (0.0075,), (0.0085,)),
     ('drop: answer first', move_early, (), (1e-4,)),
     ('brick: hovers', lambda record, dx: shift(record, 'brick', -0.4, dx), (0.0005,), (0.002,)),
     ('brick: rides', lambda record, dx: shift(record, 'brick', 6.4, dx), (0.15,), (0.3,)),
@@ -527,6 +528,11 @@ def test_rates_are_measured_by_stamps(rate, met):
     found = judge(record, *names)
     assert sum('published by /gui and /judged/turtle_robot' in one.measured for one in found) == 1
     assert {one.name for one in found if one.mark == FAILED} == (set() if met else names)
+
+
+@pytest.mark.parametrize('rate, mark', ((100.0, MET), (40.0, OPEN), (120.0, FAILED)))
+def test_a_brick_that_is_not_broadcast_in_every_step_does_not_show_their_rate(rate, mark):
+    assert judge(make_record((drive, fall), rate=rate), 'rate: brick')[0].mark == mark
 
 
 def test_a_magnitude_is_judged_in_calm_trials_only():
@@ -722,6 +728,16 @@ def test_the_rolling_direction_does_not_depend_on_the_rate_of_tf():
     assert judge(record, 'drive: rolling')[0].mark == MET
 
 
+@pytest.mark.parametrize('steps, mark', ((0.9, MET), (3.0, FAILED)))
+def test_in_one_drive_the_wheel_may_roll_one_step_of_turtlesim_too_far(steps, mark):
+    record = make_record((drive,))
+    angle = steps * SPEED * 0.016 / NUMBERS['wheel_radius']
+    for begin, end, sign in ((0.0, LEG, 1.0), (LEG, 2.0 * LEG, -1.0)):
+        for received in record.messages('joint_states', at(begin + 0.3), at(end)):
+            received.message.position[1] += sign * angle
+    assert judge(record, 'drive: rolling')[0].mark == mark
+
+
 def test_a_wheel_may_be_a_sphere():
     record, robot = make_record((drive,)), ElementTree.fromstring(URDF)
     robot.find("link[@name='wheel']/visual/geometry/cylinder").tag = 'sphere'
@@ -740,8 +756,9 @@ def test_a_brick_may_land_beside_platform_height_if_the_platform_is_there(offset
 def test_where_a_brick_that_was_not_dropped_ends_may_follow_from_that():
     record = make_record(rate=10.0, below=-0.5)
     record.drops[1].released = None
-    found = {one.name: one.follows for one in judge(record, 'drop', 'fall: course', 'fall: ground')}
-    assert found == {'drop': [], 'fall: course': (), 'fall: ground': ['drop']}
+    found = judge(record, 'drop', 'fall: course', 'fall: ground')
+    assert {one.name: one.follows for one in found} == {
+        'drop': [], 'fall: course': (), 'fall: ground': ['drop']}
 
 
 def test_the_stem_is_not_judged_where_the_robot_turns():
@@ -764,6 +781,34 @@ def test_the_size_of_the_brick_is_that_of_its_turned_marker():
     assert {one.mark for one in found} == {MET}
 
 
+@pytest.mark.parametrize('lag, mark', ((0.03, MET), (0.2, FAILED)))
+def test_a_brick_may_lag_when_it_lands_on_a_moving_platform(lag, mark):
+    record, stop = make_record(), 6.6
+    watch, down = record.drops[1], (record.drops[1].down - BEGIN) * SECONDS_PER_NS
+    for frame, late in (('base_link', 0.0), ('brick', lag)):
+        for sample in record.frames[frame].between(at(4.9), at(stop + lag)):
+            seconds = (sample.stamp - BEGIN) * SECONDS_PER_NS - late
+            if frame == 'brick':
+                seconds = max(seconds, down - late)
+            sample.pose.position[0] += SPEED * (min(seconds, stop) - stop)
+    watch.landed = record.pose('brick', watch.down).position
+    watch.place = (*watch.landed[:2], watch.place[2])
+    assert judge(record, 'brick: rides')[0].mark == mark
+
+
+def test_a_repeated_text_is_visible_until_it_is_deleted():
+    record = make_record((drive, fall))
+    text = next(received for received in record.markers if received.topic == '/text')
+    text.marker.lifetime.sec = 0
+    later = [text._replace(published=text.published + number * NS_PER_SECOND // 10)
+             for number in range(1, 31)]
+    for received, visible in ((text, True), (later[-1], True), (text._replace(
+            published=later[-1].published + 1, marker=Marker(action=Marker.DELETE)), False)):
+        record.markers.append(received)
+        assert is_text_visible(record, received.published + 1) == visible
+    assert judge(record, 'text: time')[0].mark == MET
+
+
 def test_parameters_that_only_limit_errors_may_be_unknown():
     record = make_record()
     for name in ('max_velocity', 'gravity_accel', 'wheel_radius'):
@@ -778,6 +823,36 @@ def test_the_marker_of_a_moving_brick_is_not_compared_with_the_brick():
     for request in record.places:
         shift(record, 'brick', (request.end - BEGIN) * SECONDS_PER_NS - 0.02, 0.01)
     assert judge(record, 'brick marker: place')[0].mark == OPEN
+
+
+def test_a_fall_may_be_integrated_in_steps():
+    record, step = make_record((drive, fall), step=0.004), 0.004
+    watch, gravity = record.drops[0], NUMBERS['gravity_accel']
+    for sample in record.frames['brick'].between(watch.released + 1, watch.down):
+        time = (sample.stamp - watch.released) * SECONDS_PER_NS
+        sample.pose.position[2] = FAR[2] - gravity * time * (time + step) / 2.0
+    move_response(record, 0.0035)
+    found = judge(record, 'drop: answer first', 'fall: acceleration', 'fall: course')
+    assert {one.mark for one in found} == {MET}
+
+
+@pytest.mark.parametrize('late, mark', ((1, MET), (2, FAILED)))
+def test_most_falls_must_have_the_acceleration(late, mark):
+    record = make_record((drive,))
+    add_transforms(record, 'brick', 'world', [(9.9, pose(FAR))])
+    for number in range(3):
+        gravity = NUMBERS['gravity_accel'] * (0.95 if number < late else 1.0)
+        begin = 10.0 + 2.0 * number
+        drop(record, begin, FAR, [(begin + now, pose((*FAR[:2], max(
+            FAR[2] - gravity * now * now / 2.0, 0.0)))) for now in numpy.arange(0.0, 1.8, 0.01)])
+    assert judge(record, 'fall: acceleration')[0].mark == mark
+
+
+def test_a_brick_on_a_platform_that_tilts_at_once_may_be_late():
+    record = make_record()
+    before, late, *_ = record.frames['brick'].between(at(TILT - 0.02), at(TILT + 0.1))
+    late.pose.position[:] = before.pose.position
+    assert judge(record, 'slide: law')[0].mark == MET
 
 
 @pytest.mark.parametrize('gravity, mark', ((9.81, MET), (15.0, FAILED)))
@@ -843,7 +918,7 @@ def test_velocities_are_judged_only_if_they_are_published():
     record = make_record()
     for received in record.topics['joint_states']:
         del received.message.velocity[:]
-    assert judge(record, 'joint_states: velocity')[0].mark == OPEN
+    assert judge(record, 'joint_states: velocity')[0].mark == MET
 
 
 def test_dependencies_are_rules_without_circles():

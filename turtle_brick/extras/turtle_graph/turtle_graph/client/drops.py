@@ -15,6 +15,7 @@
 
 from collections import deque
 from math import dist, nan
+from typing import Any
 
 import numpy
 from turtle_graph.client.geometry import Array, inclination, Pose, Vector
@@ -41,6 +42,11 @@ MAX_WAIT_NS = 1_000_000_000
 """Maximum time (ns) for which a transform of the brick waits for those of the platform."""
 HISTORY = 400
 """Number of stored brick positions."""
+
+
+def says_unreachable(marker: Any) -> bool:
+    """Return whether the text of a marker contains "Unreachable"."""
+    return UNREACHABLE.lower() in marker.text.lower()
 
 
 class DropWatch:
@@ -95,7 +101,7 @@ class DropWatch:
     def _update_verdict(self) -> None:
         markers = self._record.markers
         for received in markers[self._marker_count:]:
-            if UNREACHABLE.lower() in received.marker.text.lower() and received.marker.action == 0:
+            if says_unreachable(received.marker) and received.marker.action == 0:
                 self.refusals.append(received.published)
         self._marker_count = len(markers)
         if self.requested is not None and self.goal is None and self.down is None:

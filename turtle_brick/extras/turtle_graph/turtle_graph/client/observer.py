@@ -26,7 +26,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
-from turtle_graph.client.profiles import COMMANDS, Profile, similar_names
+from turtle_graph.client.profiles import COMMANDS, Profile, similar_names, TURTLE_COMMANDS
 from turtle_graph.client.record import NS_PER_SECOND, Received, ReceivedMarker, Record
 
 DEPTH = 2000
@@ -209,6 +209,10 @@ class Observer(Node):
     def subscribe_to_new_topics(self) -> None:
         """Subscribe to the topics in the profile and to all markers in this node's namespace."""
         record, inside = self.record, f'{self.get_namespace().rstrip("/")}/'
+        if (record.topics['pose'] and record.profile.topics['cmd_vel'] == TURTLE_COMMANDS
+                and not self.count_subscribers(TURTLE_COMMANDS)
+                and self.count_publishers('cmd_vel')):
+            record.profile.topics['cmd_vel'] = 'cmd_vel'  # The topic of turtlesim is remapped.
         names = {self.resolve_topic_name(topic): name
                  for name, topic in record.profile.topics.items()}
         for topic, types in self.get_topic_names_and_types():

@@ -36,6 +36,8 @@ TOPICS: dict[str, tuple[str, ...]] = {
         'PoseStamped', 'Pose', 'PointStamped', 'Point', 'Pose2D')),
     'tilt': (), 'pose': ('turtlesim/msg/Pose',), 'robot_description': ('std_msgs/msg/String',)}
 """Standard names and possible types of all topics. The tilt topic can have any type."""
+TURTLE_COMMANDS = 'turtle1/cmd_vel'
+"""Topic of turtlesim, unless a launch file remaps it to the robot's topic cmd_vel."""
 COMMANDS = ('goal_pose', 'tilt')
 """Command topics, to which the robot subscribes."""
 SERVICES = ('place', 'drop')
@@ -50,7 +52,7 @@ class Profile:
     """The names of topics, services and frames in a graph, and the parameters of the robot."""
 
     topics: dict[str, str] = field(default_factory=lambda: {
-        **{name: name for name in TOPICS}, 'cmd_vel': 'turtle1/cmd_vel', 'pose': 'turtle1/pose'})
+        **{name: name for name in TOPICS}, 'cmd_vel': TURTLE_COMMANDS, 'pose': 'turtle1/pose'})
     services: dict[str, str] = field(default_factory=lambda: {name: name for name in SERVICES})
     frames: dict[str, str] = field(default_factory=lambda: {name: name for name in FRAMES})
     numbers: dict[str, float] = field(default_factory=dict)

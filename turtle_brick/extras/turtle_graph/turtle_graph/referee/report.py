@@ -176,7 +176,7 @@ def page(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
                     for key, value in about.items() if value)
     table = html_table(('', 'requirement', 'assignment', 'measured', 'expected'), (
         (one.mark, Html(f'<span id="{escape(one.name)}">{escape(one.name)}</span>'),
-         one.sentence, result(one), one.expected) for one in fold(judgments)))
+         one.sentence, result(one), one.expected) for one in judgments))
     return html_page(
         f'{escape(about.get("student") or "turtle_brick")}: requirements and measurements',
         f'<p>{tally(one.mark for one in judgments)}</p>{facts}{table}'

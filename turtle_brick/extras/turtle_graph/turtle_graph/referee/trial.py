@@ -33,6 +33,7 @@ from turtle_graph.client.observer import Observer
 from turtle_graph.client.profiles import NUMBERS
 from turtle_graph.client.record import EXTRAPOLATION_NS, Request
 from turtle_graph.client.spinning import Spinner
+from turtle_graph.referee.rules.arena_rules import is_text_visible
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import Failed, Open
 
@@ -46,6 +47,8 @@ TIME_LIMIT = 50.0
 """Time limit (s) from the discovery of the graph to the start of the last drop."""
 REPETITIONS, REPETITION_TIME = 3, 20.0
 """Maximum number of repetitions on a busy machine, and the time limit (s) for each of them."""
+TEXT_TIME = 4.0
+"""Timeout (s) for the end of the text about the previous brick."""
 LEG, MIN_LEG = 1.5, 0.3
 """Maximum and minimum length (m) of a drive. Slow robots drive shorter distances."""
 REACH_NUMBERS = {*NUMBERS} - {'wheel_radius'}
@@ -59,8 +62,8 @@ class PlannedDrop(NamedTuple):
 
     description: str
     direction: float  # Direction (in full turns) from the arena center to the brick.
-    driving_time: float  # Time (s) that the robot needs to reach the brick at full speed.
-    spare_time: float  # Fall time (s) minus driving time (s).
+    driving_time: float  # Time (s) until the platform can reach the brick at full speed.
+    spare_time: float  # Fall time (s) minus driving time (s) of the platform's edge or center.
 
 
 FAR_OUT = PlannedDrop('brick far out of reach', 0.25, 0.7, -0.25)
@@ -132,11 +135,12 @@ class Trial(GraphClient):
         self.log('looking for the graph')
         self.wait_until(lambda: self.record.publishers or not self.is_alive(), self.discovery_time)
         known = -1
-        while known < len(self.record.publishers) and self.is_alive() and self.missing():
+        while known < len(self.record.publishers) and self.is_alive() and self.awaited():
             known = len(self.record.publishers)
-            self.log(f'waiting for {", ".join(self.missing())}')
-            self.wait_until(lambda: not self.missing() or not self.is_alive(),
+            self.log(f'waiting for {", ".join(self.awaited())}')
+            self.wait_until(lambda: not self.awaited() or not self.is_alive(),
                             min(self.discovery_time, COMPLETION_TIME))
+        self.wait_until(lambda: not self.missing(), self.timeout)
         others = sorted(self.observer.other_namespaces())
         # Topics may have unusual names, and each node may be in a namespace of its own.
         if self.missing() and not (self.is_empty() and len(others) == 1):
@@ -153,6 +157,11 @@ class Trial(GraphClient):
             return False
         self.read_numbers()
         return True
+
+    def awaited(self) -> list[str]:
+        """Return what is missing, except for a brick that may first have to be placed."""
+        later = ('frame brick', 'markers') if self.has_service('place') else ()
+        return [name for name in self.missing() if name not in later]
 
     def is_empty(self) -> bool:
         """Return whether no graph was found (TF may come from other graphs and does not count)."""
@@ -229,7 +238,9 @@ class Trial(GraphClient):
         speed, radius = self.number('max_velocity'), self.number('platform_radius')
         distance = min(radius + drop.driving_time * speed if drop.driving_time else 0.3 * radius,
                        ARENA_SIZE / 2.0 - EDGE_DISTANCE)
-        time = max(max(distance - radius, 0.0) / speed + drop.spare_time, 0.1)
+        # A catcher may promise only bricks that the center of the platform can reach.
+        way = distance if drop.spare_time > 0.0 else max(distance - radius, 0.0)
+        time = max(way / speed + drop.spare_time, 0.1)
         height = self.platform_height() + self.number('gravity_accel') * time ** 2 / 2.0
         return *offset_by(CENTER, drop.direction, distance), height
 
@@ -242,6 +253,7 @@ class Trial(GraphClient):
             place = self.start_of(drop)
             self.log(f'{drop.description}, at ' + '({:.2f}, {:.2f}, {:.2f})'.format(*place))
             self.return_to_center()
+            self.wait_until(lambda: not is_text_visible(self.record, time_ns()), TEXT_TIME)
             request = self.place(place)
             if not request.accepted:
                 continue

@@ -19,11 +19,11 @@ from functools import partial
 from itertools import pairwise, product
 from math import atan2, dist, hypot, inf, sqrt
 from operator import itemgetter
-from statistics import median
+from statistics import median, median_high, median_low
 from typing import Any, NamedTuple
 
 import numpy
-from turtle_graph.client.drops import DropWatch, STILL, UNREACHABLE
+from turtle_graph.client.drops import DropWatch, says_unreachable, STILL, UNREACHABLE
 from turtle_graph.client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
                                           distance_to_rectangle, inclination, Pose, pose)
 from turtle_graph.client.profiles import NUMBERS
@@ -48,6 +48,8 @@ FALL_DELAY = 0.5
 """Maximum delay (s) between the response from the drop service and the start of the fall."""
 FALL_DEVIATION = 0.02
 """Maximum deviation (m) of a falling brick from a fall with constant acceleration."""
+MAX_JUMP = 0.02
+"""Maximum distance (m) by which a brick moves on a platform at rest, or when it lands there."""
 MAX_LAG = 0.05
 """Maximum delay (s) between the motion of the platform and the motion of a brick on it."""
 SLIDE_DEVIATION = 0.04
@@ -293,7 +295,7 @@ def bricks_are_dropped(record: Record) -> Finding:
 
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
-      'the brick rests until one step before the response and moves only after the response',
+      'the brick rests until two steps before the response and moves only after the response',
       ['drop', 'brick: hovers', 'fall: course'], firm=False)
 def response_comes_first(record: Record) -> Finding:
     moving, begins = [], []
@@ -303,9 +305,10 @@ def response_comes_first(record: Record) -> Finding:
         stamp, _ = next(record.brick_track(released + 1, fall.drop.end))
         moving.append((stamp - responded) * SECONDS_PER_NS)
         begins.append((released - responded) * SECONDS_PER_NS + fall.begin)
-    return Finding(min(moving) > 0.0 and min(begins) >= -STEP,
-                   f'earliest motion {min(moving):+.4f} s and earliest start of a fall '
-                   f'{min(begins):+.4f} s after the response, in {len(moving)} drops',
+    # With semi-implicit integration, the parabola begins 1.5 steps before the first motion.
+    return Finding(min(moving) > 0.0 and median_low(begins) >= -2.0 * STEP,
+                   f'earliest motion {min(moving):+.4f} s and median start of a fall '
+                   f'{median_low(begins):+.4f} s after the response, in {len(moving)} drops',
                    certain=median(moving) <= 0.0)
 
 
@@ -369,7 +372,8 @@ def falls(record: Record) -> list[MeasuredFall]:
 def falls_have_the_acceleration(record: Record) -> Finding:
     gravity, found = number(record, 'gravity_accel'), falls(record)
     values = [fall.acceleration for fall in found]
-    off = largest(abs(value - gravity) for value in values)
+    # A timer that is late on any machine skips steps in some falls, but not in most of them.
+    off = median_high(abs(value - gravity) for value in values)
     longest = max(found, key=lambda fall: fall.times[-1])
     times = numpy.linspace(0.0, longest.times[-1], 50)
     text = f'{min(values):.3f} to {max(values):.3f} m/s^2 in {len(values)} falls (configured '
@@ -383,10 +387,10 @@ def falls_have_the_acceleration(record: Record) -> Finding:
       ['frames: broadcasters', 'drop'], firm=False)
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
-    off = largest(fall.off for fall in found)
+    off = median_high(fall.off for fall in found)
     aside = largest(fall.aside.max() for fall in found)
     return Finding(off <= FALL_DEVIATION and aside <= NEAR,
-                   f'at most {off:.4f} m off along the fall and {aside:.4f} m aside')
+                   f'usually {off:.4f} m off along the fall and at most {aside:.4f} m aside')
 
 
 def judge_landing(record: Record, caught: bool) -> Finding:
@@ -425,8 +429,8 @@ def catches(record: Record) -> list[DropWatch]:
 
 
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
-      f'the brick keeps its place on the platform within {NEAR} m while the robot is at rest, and '
-      f'lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot', 'place'],
+      f'the brick keeps its place on the platform within {MAX_JUMP} m while the robot is at rest, '
+      f'and lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot', 'place'],
       firm=False)
 def brick_rides(record: Record) -> Finding:
     rest, moving, landing = [], [], []
@@ -436,17 +440,25 @@ def brick_rides(record: Record) -> Finding:
                   if (place := record.on_platform(stamp)) is not None]
         if len(places) < 2:
             raise Failed('the pose of the brick or of the platform is unknown')
-        rest.append(dist(places[-1], places[0]))
         moving.append(max_motion(places))
         driven = max_motion(platform.position for lag in LAGS if (
             platform := record.pose('platform', (drop.down or 0) - 2 * lag)) is not None)
         landed = require(drop.landed, 'the brick did not land')
+        # If the robot drives at the landing, the brick may lag then.
+        rest.append(max(dist(places[-1], places[0]) - driven, 0.0))
         landing.append(max(dist(landed[:2], drop.place[:2]) - driven, 0.0))
     allowed = top_speed(record) * MAX_LAG + NEAR
-    met = largest([*rest, *landing]) <= 2.0 * NEAR and largest(moving) <= allowed
+    met = largest([*rest, *landing]) <= MAX_JUMP and largest(moving) <= allowed
     return Finding(met, f'moved by {largest(landing):.4f} m at the landing, {largest(rest):.4f} m '
-                   f'in total and {largest(moving):.4f} m while driving, in {len(rest)} rides',
+                   f'in total and {largest(moving):.4f} m (limit {allowed:.3f} m) while driving, '
+                   f'in {len(rest)} rides',
                    certain=median(rest) > 10.0 * NEAR)
+
+
+def earlier_platforms(record: Record, stamp: int) -> list[Pose]:
+    """Return the known poses of the platform at a time (ns) and at several times before it."""
+    return [platform for lag in LAGS
+            if (platform := record.pose('platform', stamp - lag)) is not None]
 
 
 @rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
@@ -463,30 +475,34 @@ def brick_has_the_angle(record: Record) -> Finding:
                 level += 1
                 continue
             # The brick may have any angle that the platform had in the last MAX_LAG seconds.
-            off.append(min(angle_between(brick.upright, before.upright) for lag in LAGS
-                           if (before := record.pose('platform', stamp - lag)) is not None))
+            off.append(min(angle_between(brick.upright, before.upright)
+                           for before in earlier_platforms(record, stamp)))
     require_data(off, 'neither the brick nor the platform was inclined while both were known')
     usual = largest(sorted(off)[:len(off) - len(off) // 100])
     return Finding(usual <= SAME_ANGLE, f'at most {usual:.4f} rad apart in {len(off)} inclined '
                    f'poses, and {level} level poses', certain=median(off) > SAME_ANGLE)
 
 
-def compare_slide(gravity: float, track: list[tuple[int, Pose, Pose]]) -> tuple[float, Plot]:
-    """Return the maximum deviation (m) of a slide from frictionless motion, and a plot of both."""
-    steepest = max((platform for _, _, platform in track), key=inclination)
+def compare_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]]
+                  ) -> tuple[float, Plot]:
+    """
+    Return the maximum deviation (m) of a slide from frictionless motion, and a plot of both.
+
+    :param track: times (ns), poses of the brick and earlier_platforms
+    """
+    steepest = max((platforms[0] for _, _, platforms in track), key=inclination)
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
-    measured = numpy.array([platform.locate(brick.position)[:2] @ downhill
-                            for _, brick, platform in track])
+    measured = numpy.array([[one.locate(brick.position)[:2] @ downhill for one in platforms]
+                            for _, brick, platforms in track])
+    angles = numpy.array([[inclination(one) for one in platforms] for _, _, platforms in track])
     times = numpy.array([(stamp - track[0][0]) * SECONDS_PER_NS for stamp, _, _ in track])
-    steps = numpy.diff(times, prepend=times[0])
-    angles = [inclination(platform) for _, _, platform in track]
-    found = []
-    for lag in LAGS:
-        pulls = gravity * numpy.sin(numpy.interp(times - lag * SECONDS_PER_NS, times, angles))
-        computed = numpy.cumsum(numpy.cumsum(pulls * steps) * steps) + measured[0]
-        found.append((float(numpy.max(numpy.abs(computed - measured))), Plot(
-            'Slide', 'time (s)', 'distance down the slope (m)',
-            (times, measured), (times, computed))))
+    steps = numpy.diff(times, prepend=times[0])[:, None]
+    computed = measured[0] + numpy.cumsum(
+        numpy.cumsum(gravity * numpy.sin(angles) * steps, axis=0) * steps, axis=0)
+    # Each position of the brick may be relative to any of the poses of the platform.
+    found = [(float(numpy.max(numpy.min(numpy.abs(measured - one[:, None]), axis=1))), Plot(
+        'Slide', 'time (s)', 'distance down the slope (m)', (times, measured[:, 0]), (times, one)))
+        for one in computed.T]
     return min(found, key=itemgetter(0))
 
 
@@ -499,9 +515,9 @@ def slides_are_frictionless(record: Record) -> Finding:
         if drop.tilted is not None:
             # If the brick never leaves the platform, only the first second of the slide is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
-            track = [(stamp, brick, platform) for stamp, brick in record.brick_track(
+            track = [(stamp, brick, platforms) for stamp, brick in record.brick_track(
                          drop.tilted - 2 * BEFORE_NS, end)
-                     if (platform := record.pose('platform', stamp)) is not None]
+                     if len(platforms := earlier_platforms(record, stamp)) == len(LAGS)]
             if track:  # On a busy machine, the poses may be unknown.
                 found.append(compare_slide(gravity, track))
     off, plots = zip(*require_data(found, 'no tilted brick was observed'))
@@ -581,8 +597,7 @@ def verdicts_come_true(record: Record) -> Finding:
 
 def texts(record: Record) -> list[ReceivedMarker]:
     """Return "Unreachable" markers. If none exist, raise Failed if one is required, or Open."""
-    found = [received for received in record.markers
-             if UNREACHABLE.lower() in received.marker.text.lower()]
+    found = [received for received in record.markers if says_unreachable(received.marker)]
     if not found and any(drop.should_be_caught is False for drop in completed(record)):
         raise Failed('no marker says Unreachable')
     return require_data(found, 'no brick was certainly out of reach')
@@ -597,14 +612,19 @@ def text_is_a_text(record: Record) -> Finding:
     return Finding(published == {(UNREACHABLE, TEXT)}, found)
 
 
-def visible_time(record: Record, published: list[ReceivedMarker]) -> float:
-    """Return the time (s) from the publication of a text marker to its expiration or deletion."""
-    first, last = published[0], published[-1]
-    deleted = [received.published for received in record.markers if received.topic == last.topic
+def visible_until(record: Record, text: ReceivedMarker) -> float:
+    """Return the time (ns) of a text marker's expiration or deletion, or infinity."""
+    deleted = [received.published for received in record.markers if received.topic == text.topic
                and received.marker.action in DELETE_ACTIONS
-               and received.published > first.published]
-    end = last.published + (nanoseconds_of(last.marker.lifetime) or inf)
-    return (min([end, *deleted]) - first.published) * SECONDS_PER_NS
+               and received.published > text.published]
+    return min([text.published + (nanoseconds_of(text.marker.lifetime) or inf), *deleted])
+
+
+def is_text_visible(record: Record, time: int) -> bool:
+    """Return whether, at a time (ns), an "Unreachable" marker is neither expired nor deleted."""
+    last = [received for received in record.markers[::-1] if says_unreachable(received.marker)
+            and received.marker.action == ADD][:1]
+    return any(visible_until(record, text) > time for text in last)
 
 
 @rule('text: time', 'a Text marker that lasts for 3 seconds',
@@ -614,7 +634,8 @@ def text_lasts(record: Record) -> Finding:
     texts_per_fall = [[received for received in texts(record)
                        if begin <= received.published < end and received.marker.action == ADD]
                       for begin, end in pairwise(begins)]
-    times = [visible_time(record, published) for published in texts_per_fall if published]
+    times = [(visible_until(record, published[-1]) - published[0].published) * SECONDS_PER_NS
+             for published in texts_per_fall if published]
     off = [abs(time - LIFETIME) for time in times]
     return Finding(bool(times) and max(off) <= LIFETIME_TOLERANCE,
                    ', '.join(f'{time:.2f}' for time in times) + ' s',
@@ -643,7 +664,7 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
       'each brick within reach is caught',
-      ['fall: acceleration', 'verdict: in time', 'drive: goal'], firm=False)
+      ['fall: acceleration', 'verdict: in time', 'text: time', 'drive: goal'], firm=False)
 def reachable_bricks_are_caught(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.should_be_caught)
     return from_faults([

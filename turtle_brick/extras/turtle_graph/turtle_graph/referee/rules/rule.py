@@ -132,7 +132,8 @@ class Rule(NamedTuple):
             # Load that is not noticed may spoil a few trials, but not most of them, and hardly
             # more than twice as many as the load that is noticed.
             if marks.count(FAILED) > min(marks.count(MET), 2 * record.stalled_trials()):
-                return found
+                in_trials = self(trials)
+                return in_trials if in_trials.mark == FAILED else found
             found = found._replace(
                 mark=OPEN, measured=f'{found.measured}; not judged: {record.stall_summary()}')
         if found.mark == OPEN and (in_calm := self(calm)).mark == MET:
@@ -156,7 +157,7 @@ class Rules(list[Rule]):
         overload, calm = record.stall_summary(), record.without_stalls()
         judgments = [rule.judge_under_load(record, calm) if overload else rule(record)
                      for rule in self]
-        causes = self.causes({one.name: one.measured if one.absent else one.name
+        causes = self.causes({one.name: one.measured if one.absent or one.certain else one.name
                               for one in judgments if one.mark == FAILED},
                              {one.name for one in judgments if one.mark == MET})
         absent = {one.name for one in judgments if one.absent}
@@ -252,5 +253,5 @@ def within(limit: float, values: list[float], reason: str,
 
 def from_faults(faults: Sequence[str], count: int, items: str) -> Finding:
     """Judge `count` items. The requirement is met if the list of faults is empty."""
-    text = f'{count - len(faults)} of {count} {items}'
-    return Finding(not faults, f'{text}: {"; ".join(faults[:5])}' if faults else text)
+    text, more = f'{count - len(faults)} of {count} {items}', ['…'] if len(faults) > 5 else []
+    return Finding(not faults, f'{text}: {"; ".join([*faults[:5], *more])}' if faults else text)
