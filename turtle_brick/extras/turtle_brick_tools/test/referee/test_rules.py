@@ -16,7 +16,7 @@
 from copy import deepcopy
 from functools import partial
 from itertools import pairwise
-from math import atan2, inf, nan, pi, radians, sin, sqrt
+from math import atan2, inf, nan, pi, radians, remainder, sin, sqrt
 from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
@@ -736,6 +736,13 @@ def test_in_one_drive_the_wheel_may_roll_one_step_of_turtlesim_too_far(steps, ma
         for received in record.messages('joint_states', at(begin + 0.3), at(end)):
             received.message.position[1] += sign * angle
     assert judge(record, 'drive: rolling')[0].mark == mark
+
+
+def test_the_angle_of_the_wheel_may_be_limited_to_one_turn():
+    record = make_record((drive,))
+    for received in record.topics['joint_states']:
+        received.message.position[1] = remainder(received.message.position[1], 2.0 * pi)
+    assert {one.mark for one in judge(record, 'drive: rolling', 'joint_states: velocity')} == {MET}
 
 
 def test_a_wheel_may_be_a_sphere():

@@ -17,7 +17,7 @@ from bisect import bisect_left
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
-from math import asin, atan2, copysign, degrees, dist, hypot, isfinite
+from math import asin, atan2, copysign, degrees, dist, hypot, isfinite, pi, remainder
 from operator import itemgetter
 from statistics import median
 from typing import Any
@@ -333,7 +333,7 @@ def joints_have_their_velocity(record: Record) -> Finding:
     for drive in drives(record):
         angles = record.joint(wheel, drive.begin, drive.end)
         speeds = record.joint(wheel, drive.begin, drive.end, 'velocity')
-        rotation += angles[-1][1] - angles[0][1]
+        rotation += sum(remainder(b - a, 2.0 * pi) for (_, a), (_, b) in pairwise(angles))
         integral += sum((v + w) / 2.0 * (b - a) * SECONDS_PER_NS
                         for (a, v), (b, w) in pairwise(speeds))
     met = at_rest <= EXACT and abs(integral - rotation) <= VELOCITY_TOLERANCE * abs(rotation)
@@ -516,9 +516,10 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     for (last_angle, last_base, _), (angle, base, steering) in pairwise(track):
         motion = (base.position - last_base.position)[:2]
         axis = base.axes @ robot.axis(joint, {stem: steering})
+        turned = remainder(angle - last_angle, 2.0 * pi)  # The angle may be limited to one turn.
         driven += hypot(*motion)
-        rolled += radius * abs(angle - last_angle)
-        direction += (angle - last_angle) * (axis[1] * motion[0] - axis[0] * motion[1])
+        rolled += radius * abs(turned)
+        direction += turned * (axis[1] * motion[0] - axis[0] * motion[1])
     return driven, copysign(rolled, direction)
 
 
