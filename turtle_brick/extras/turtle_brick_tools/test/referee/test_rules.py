@@ -745,6 +745,14 @@ def test_the_angle_of_the_wheel_may_be_limited_to_one_turn():
     assert {one.mark for one in judge(record, 'drive: rolling', 'joint_states: velocity')} == {MET}
 
 
+@pytest.mark.parametrize('begin, mark', ((7.5, FAILED), (8.3, MET)))
+def test_the_platform_may_be_leveled_when_the_next_brick_is_dropped(begin, mark):
+    record = make_record(rate=10.0)
+    record.drops[1].leveled = None
+    record.drops.append(DropWatch(record, at(begin), FAR))
+    assert judge(record, 'again')[0].mark == mark
+
+
 def test_a_wheel_may_be_a_sphere():
     record, robot = make_record((drive,)), ElementTree.fromstring(URDF)
     robot.find("link[@name='wheel']/visual/geometry/cylinder").tag = 'sphere'
