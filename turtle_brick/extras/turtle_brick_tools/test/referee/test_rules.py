@@ -618,6 +618,43 @@ WALLS = (
      box('world', 5.5, 5.5, (11.1, 11.1, 0.1))])
 """Markers of walls. The last ones include a floor."""
 WALLS[-1][-1].pose.position.z = -0.05
+PIECES = [(x, y, 0.5) for one in numpy.arange(0.5, 11.5)
+          for x, y in ((one, 0.0), (one, 11.1), (0.0, one), (11.1, one))]
+
+
+def test_a_wall_may_consist_of_pieces_that_stand_end_to_end():
+    for gap, mark in ((1, MET), (12, FAILED)):
+        record = make_record((drive,))
+        del record.markers[:4]
+        for x, y, _ in PIECES[::gap]:
+            size = (1.0, 0.1, 0.5) if y in (0.0, 11.1) else (0.1, 1.0, 0.5)
+            add_marker(record, box('world', x, y, size), -0.5, '/boundary')
+        assert judge(record, 'walls: size')[0].mark == mark
+
+
+def test_a_wall_may_be_a_list_of_boxes():
+    record = make_record((drive,))
+    del record.markers[:4]
+    for first, size in ((0, (1.0, 0.1, 0.5)), (2, (0.1, 1.0, 0.5))):
+        marker = marker_of_points(Marker.CUBE_LIST, *PIECES[first::4], *PIECES[first + 1::4])
+        marker.scale.x, marker.scale.y, marker.scale.z = size
+        add_marker(record, marker, -0.5, '/boundary')
+    assert judge(record, 'walls: size')[0].mark == MET
+
+
+def test_the_frame_of_the_brick_may_be_at_its_base():
+    record, half = make_record(rate=10.0), HEIGHT / 2.0
+    for sample in record.frames['brick'].samples:
+        if sample.stamp < at(LEVEL):  # The floating brick then turns about its base.
+            base = sample.pose.position - half * sample.pose.upright
+        sample.pose.position[:] = base
+    record.markers[4].marker.pose.position.z = half
+    record.places = [one._replace(value=(*one.value[:2], one.value[2] - half))
+                     for one in record.places]
+    for watch in record.drops:
+        watch.place, watch.landed = ((*one[:2], one[2] - half) for one in (
+            watch.place, watch.landed))
+    assert [one.name for one in judge(record, *BRICK_RULES) if one.mark != MET] == []
 
 
 @pytest.mark.parametrize('markers', WALLS)

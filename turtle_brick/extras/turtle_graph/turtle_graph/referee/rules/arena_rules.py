@@ -18,7 +18,7 @@ from contextlib import suppress
 from functools import partial
 from itertools import pairwise, product
 from math import atan2, dist, hypot, inf, sqrt
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from statistics import median, median_high, median_low
 from typing import Any, NamedTuple
 
@@ -56,7 +56,7 @@ SLIDE_DEVIATION = 0.04
 """Maximum distance (m) between the measured and computed positions of a sliding brick."""
 EARLY_END, LATE_END = 0.02, 0.08
 """Maximum overlap and gap (m) between the brick and the platform at the end of a slide."""
-CUBE, CYLINDER, LINE_STRIP, LINE_LIST, TEXT, TRIANGLE_LIST = 1, 3, 4, 5, 9, 11
+CUBE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, TEXT, TRIANGLE_LIST = 1, 3, 4, 5, 6, 9, 11
 """Marker types."""
 ADD, DELETE_ACTIONS = 0, (2, 3)
 """The marker action ADD, and the actions DELETE and DELETEALL."""
@@ -64,7 +64,9 @@ CORNERS = numpy.array(list(product((-0.5, 0.5), repeat=3)))
 """The eight corners of a box of size 1."""
 MIN_WALL_LENGTH, MAX_WALL_RATIO = 5.0, 0.5
 """Minimum length (m) and maximum ratio of width to length of a wall. A floor is wider."""
-MARKER_DISTANCE = 0.1
+MIN_PIECE_LENGTH = 0.5
+"""Minimum length (m) of a piece of a wall."""
+MARKER_DISTANCE = 0.3
 """Typical maximum distance (m) between the brick and a marker that moves with it."""
 STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics simulation."""
@@ -102,6 +104,8 @@ def parts(marker: Any) -> Array:
     if marker.type in (CUBE, CYLINDER):
         return CORNERS[None] * (marker.scale.x, marker.scale.y, marker.scale.z)
     points = numpy.array([(point.x, point.y, point.z) for point in marker.points]).reshape(-1, 3)
+    if marker.type == CUBE_LIST:
+        return points[:, None] + CORNERS * (marker.scale.x, marker.scale.y, marker.scale.z)
     if marker.type == LINE_STRIP:
         return numpy.stack((points[:-1], points[1:]), axis=1)
     count = {LINE_LIST: 2, TRIANGLE_LIST: 3}.get(marker.type, len(points) + 1)
@@ -110,17 +114,34 @@ def parts(marker: Any) -> Array:
 
 def walls(record: Record) -> list[tuple[ReceivedMarker, Array, Array]]:
     """Return each wall's marker and its lowest and highest coordinates (m) in the world frame."""
-    found, (_, time) = [], record.trial_spans()[0]
+    pieces, (_, time) = [], record.trial_spans()[0]
     for received in shown_markers(record):
         corners = parts(received.marker)
-        corners = corners[numpy.ptp(corners, axis=1).max(axis=1) >= MIN_WALL_LENGTH]
+        corners = corners[numpy.ptp(corners, axis=1).max(axis=1) >= MIN_PIECE_LENGTH]
         if len(corners):
             corners = pose_of_marker(record, received, time).transform(corners)
-            found += [(received, *ends) for ends in zip(corners.min(1), corners.max(1))]
-    sizes = [sorted((high - low)[:2]) for _, low, high in found]
-    return require([wall for wall, (width, length) in zip(found, sizes)
-                    if length >= MIN_WALL_LENGTH and width <= MAX_WALL_RATIO * length
+            pieces += [(received, *ends) for ends in zip(corners.min(1), corners.max(1))]
+    found = joined(pieces, 0) + joined(pieces, 1)
+    return require([wall for wall in found if max((wall[2] - wall[1])[:2]) >= MIN_WALL_LENGTH
                     ] or None, 'no marker has the shape of a wall')
+
+
+def joined(pieces: list[tuple[ReceivedMarker, Array, Array]], along: int
+           ) -> list[tuple[ReceivedMarker, Array, Array]]:
+    """Join the pieces of walls along an axis (x: 0, y: 1) that stand end to end."""
+    found: list[tuple[ReceivedMarker, Array, Array]] = []
+    for received, low, high in sorted(pieces, key=lambda piece: piece[1][along]):
+        size = high - low
+        if size[along] < MIN_PIECE_LENGTH or size[1 - along] > MAX_WALL_RATIO * size[along]:
+            continue
+        for index, (first, start, end) in enumerate(found):
+            if low[along] <= end[along] + NEAR and max(
+                    abs(low - start)[1 - along], abs(high - end)[1 - along]) <= NEAR:
+                found[index] = first, numpy.minimum(start, low), numpy.maximum(end, high)
+                break
+        else:
+            found.append((received, low, high))
+    return found
 
 
 @rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system',
@@ -181,9 +202,9 @@ def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
     return bool(off) and median(off) <= MARKER_DISTANCE
 
 
-def brick_size(record: Record) -> Array:
+def brick_corners(record: Record) -> Array:
     """
-    Return the size (m) of the brick's box marker along the axes of the brick's frame.
+    Return the corners (m) of the brick's box marker in the brick's frame.
 
     :raises Open: if the brick has no box marker
     """
@@ -193,9 +214,8 @@ def brick_size(record: Record) -> Array:
             for time in (received.published, idle) if received.marker.type == CUBE else ():
                 brick = record.pose('brick', time)
                 if brick is not None:
-                    corners = parts(received.marker)[0]
-                    return numpy.ptp(brick.locate(pose_of_marker(
-                        record, received, time).transform(corners)), axis=0)
+                    return brick.locate(pose_of_marker(record, received, time).transform(
+                        parts(received.marker)[0]))
     raise Open('the size of the brick is unknown because it has no box marker')
 
 
@@ -224,7 +244,7 @@ def brick_is_visible(record: Record) -> Finding:
 
 
 @rule('brick marker: place', "a marker to show it's location in rviz",
-      f'the marker is within {NEAR} m of the brick', ['place'])
+      f'the center or base of the marker is within {NEAR} m of the brick', ['place'])
 def brick_marker_is_at_the_brick(record: Record) -> Finding:
     off, markers = [], brick_markers(record)
     for request in record.places:
@@ -233,7 +253,11 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
         before = [received for received in markers if received.published <= request.end]
         if (brick is not None and before and later is not None
                 and dist(later.position, brick.position) <= STILL):
-            off.append(dist(pose_of_marker(record, before[-1], time).position, brick.position))
+            center = pose_of_marker(record, before[-1], time)
+            heights = center.transform(CORNERS * attrgetter('x', 'y', 'z')(
+                before[-1].marker.scale))[:, 2]
+            base = (*center.position[:2], min(heights))
+            off.append(min(dist(one, brick.position) for one in (center.position, base)))
     return within(NEAR, off, 'the brick was never at rest after it was placed')
 
 
@@ -403,13 +427,13 @@ def judge_landing(record: Record, caught: bool) -> Finding:
     surfaces = [number(record, 'platform_height') if caught else 0.0]
     with suppress(Failed):  # The top of the platform may be above or below platform_height.
         surfaces += [model(record).platform_heights()[1]] if caught else []
-    lowest, highest = (end(surfaces) + brick_size(record)[2] / 2.0 for end in (min, max))
-    for start, height in landed:
+    lowest, highest, bottom = min(surfaces), max(surfaces), min(brick_corners(record)[:, 2])
+    heights = [height + bottom for _, height in landed]
+    for (start, _), height in zip(landed, heights):
         # At the end of the last time step, the brick may be below the surface on which it lands.
-        step = sqrt(2.0 * gravity * max(start - lowest, 0.0)) * STEP
+        step = sqrt(2.0 * gravity * max(start + bottom - lowest, 0.0)) * STEP
         met = met and lowest - step - NEAR <= height <= highest + step + NEAR
-    heights = [height for _, height in landed]
-    return Finding(met, f'center of the brick at {min(heights):.3f} to {max(heights):.3f} m '
+    return Finding(met, f'bottom of the brick at {min(heights):.3f} to {max(heights):.3f} m '
                    f'in {len(heights)} drops',
                    certain=len(heights) > 1 and max(heights) - min(heights) <= NEAR)
 
@@ -533,7 +557,8 @@ def slides_end_at_the_edge(record: Record) -> Finding:
     for drop in catches(record):
         if drop.floated is None or drop.tilted is None:
             continue
-        size, before = brick_size(record), record.on_platform(drop.tilted - 2 * BEFORE_NS)
+        size = numpy.ptp(brick_corners(record), axis=0)
+        before = record.on_platform(drop.tilted - 2 * BEFORE_NS)
         platform, brick = (record.pose(name, drop.floated) for name in ('platform', 'brick'))
         if platform is None or brick is None or before is None:
             continue  # On a busy machine, a pose may be unknown.
