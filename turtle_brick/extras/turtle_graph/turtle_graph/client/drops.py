@@ -140,12 +140,13 @@ class DropWatch:
         platform, place = self._record.pose('platform', stamp), self._record.on_platform(stamp)
         if platform is None or place is None:
             return
+        is_tilted = inclination(platform) > TILTED
+        if self._place_on_platform is None or not (is_tilted or self.tilted):
+            self._place_on_platform = place
         if self.tilted is None:
-            if inclination(platform) > TILTED:
+            if is_tilted:
                 self.tilted = stamp
                 self.carried_to = platform.position[:2]
-            if self.tilted is None or self._place_on_platform is None:
-                self._place_on_platform = place
         elif dist(place, self._place_on_platform) > MIN_SLIDE:
             since = rest_start(self._track, STILL, FLOATING_NS)
             # The brick may tilt later than the platform. Until then, it is still at rest.
