@@ -414,7 +414,7 @@ def falls_have_the_acceleration(record: Record) -> Finding:
 
 @rule('fall: course', 'the brick starts falling in gravity',
       f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down',
-      ['frames: broadcasters', 'drop'], firm=False)
+      ['frames: broadcasters', 'place', 'drop'], firm=False)
 def falls_are_parabolas(record: Record) -> Finding:
     found = falls(record)
     off = median_high(fall.off for fall in found)
@@ -446,7 +446,7 @@ def judge_landing(record: Record, caught: bool) -> Finding:
 
 rule('fall: ground', 'If the brick hits … the ground it stops falling',
      'the bottom of the brick stops on the ground',
-     ['frames: broadcasters', 'drop'], firm=False)(partial(judge_landing, caught=False))
+     ['frames: broadcasters', 'place', 'drop'], firm=False)(partial(judge_landing, caught=False))
 rule('fall: platform', 'If the brick hits the platform … it stops falling',
      'the bottom of the brick stops on the top of the platform',
      ['fall: acceleration', 'URDF: numbers'], firm=False)(partial(judge_landing, caught=True))
