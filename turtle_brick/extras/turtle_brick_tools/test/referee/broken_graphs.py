@@ -316,9 +316,9 @@ def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) ->
     Without load and faults, only what cannot be judged is open.
     """
     judged = {one.name: one for one in judgments}
-    missing = [name for name in (*fault.fails, *fault.opens) if judged[name].mark == MET
-               or name in fault.fails and judged[name].mark == OPEN and (
-                   fault.firm or not is_loaded)]
+    missing = [name for name in fault.fails if judged[name].mark == MET
+               or judged[name].mark != FAILED and (fault.firm or not is_loaded)]
+    missing += [name for name in fault.opens if judged[name].mark == MET]
     opened = [name for name in fault.fails if judged[name].mark == OPEN]
     return [*(f'missing: {name} ({judged[name].measured})' for name in missing), *(
         f'false: {one.name} ({one.measured})' for one in judged.values()

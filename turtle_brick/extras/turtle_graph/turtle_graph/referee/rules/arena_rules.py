@@ -18,7 +18,7 @@ from contextlib import suppress
 from functools import partial
 from itertools import pairwise, product
 from math import atan2, dist, hypot, inf, sqrt
-from operator import attrgetter, itemgetter
+from operator import itemgetter
 from statistics import median, median_high, median_low
 from typing import Any, NamedTuple
 
@@ -103,13 +103,18 @@ def shown_markers(record: Record) -> list[ReceivedMarker]:
                  for received in record.markers if received.marker.action == ADD}.values())
 
 
+def box(marker: Any) -> Array:
+    """Return the corners (m) of a box of a marker's size, in the marker's frame."""
+    return CORNERS * (marker.scale.x, marker.scale.y, marker.scale.z)
+
+
 def parts(marker: Any) -> Array:
     """Return the corners (m) of each box, line or triangle of a marker, in the marker's frame."""
     if marker.type in (CUBE, CYLINDER):
-        return CORNERS[None] * (marker.scale.x, marker.scale.y, marker.scale.z)
+        return box(marker)[None]
     points = numpy.array([(point.x, point.y, point.z) for point in marker.points]).reshape(-1, 3)
     if marker.type == CUBE_LIST:
-        return points[:, None] + CORNERS * (marker.scale.x, marker.scale.y, marker.scale.z)
+        return points[:, None] + box(marker)
     if marker.type == LINE_STRIP:
         return numpy.stack((points[:-1], points[1:]), axis=1)
     count = {LINE_LIST: 2, TRIANGLE_LIST: 3}.get(marker.type, len(points) + 1)
@@ -219,7 +224,7 @@ def brick_corners(record: Record) -> Array:
                 brick = record.pose('brick', time)
                 if brick is not None:
                     return brick.locate(pose_of_marker(record, received, time).transform(
-                        parts(received.marker)[0]))
+                        box(received.marker)))
     raise Open('the size of the brick is unknown because it has no box marker')
 
 
@@ -258,9 +263,7 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
         if (brick is not None and before and later is not None
                 and dist(later.position, brick.position) <= STILL):
             center = pose_of_marker(record, before[-1], time)
-            heights = center.transform(CORNERS * attrgetter('x', 'y', 'z')(
-                before[-1].marker.scale))[:, 2]
-            base = (*center.position[:2], min(heights))
+            base = (*center.position[:2], min(center.transform(box(before[-1].marker))[:, 2]))
             off.append(min(dist(one, brick.position) for one in (center.position, base)))
     return within(NEAR, off, 'the brick was never at rest after it was placed')
 
@@ -473,8 +476,8 @@ def brick_rides(record: Record) -> Finding:
         if len(places) < 2:
             raise Failed('the pose of the brick or of the platform is unknown')
         moving.append(max_motion(places))
-        driven = max_motion(platform.position for number in range(11) if (platform := record.pose(
-            'platform', (drop.down or 0) - number * BEFORE_NS // 10)) is not None)
+        driven = max_motion(platform.position for delay in DELAYS if (
+            platform := record.pose('platform', (drop.down or 0) - 2 * delay)) is not None)
         landed = require(drop.landed, 'the brick did not land')
         # If the robot drives at the landing, the brick may lag then.
         rest.append(max(dist(places[-1], places[0]) - driven, 0.0))
@@ -668,9 +671,9 @@ def visible_until(record: Record, text: ReceivedMarker) -> float:
 
 def is_text_visible(record: Record, time: int) -> bool:
     """Return whether, at a time (ns), an "Unreachable" marker is neither expired nor deleted."""
-    last = [received for received in record.markers[::-1] if says_unreachable(received.marker)
-            and received.marker.action == ADD][:1]
-    return any(visible_until(record, text) > time for text in last)
+    text = next((received for received in reversed(record.markers) if says_unreachable(
+        received.marker) and received.marker.action == ADD), None)
+    return text is not None and visible_until(record, text) > time
 
 
 @rule('text: time', 'a Text marker that lasts for 3 seconds',

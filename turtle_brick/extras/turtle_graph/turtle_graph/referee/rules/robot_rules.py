@@ -24,8 +24,9 @@ from typing import Any
 
 import numpy
 from turtle_graph.client.geometry import angle_between, Array, CENTER, inclination, pose
-from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of, POSE_PERIOD_NS,
-                                        Received, Record, Sample, SECONDS_PER_NS, stamp_of)
+from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of, NS_PER_SECOND,
+                                        POSE_PERIOD_NS, Received, Record, Sample, SECONDS_PER_NS,
+                                        stamp_of)
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
                                              NEAR, number, Open, PHYSICS_RATE, Plot,
@@ -38,7 +39,7 @@ rule = RULES.rule
 
 RATE = 100.0
 """Required rate (Hz) of the robot's topics and of the base_link transform."""
-PERIOD_NS = 10_000_000
+PERIOD_NS = round(NS_PER_SECOND / RATE)
 """Period (ns) that corresponds to RATE."""
 EXACT = 1e-3
 """Tolerance for equal numbers."""
