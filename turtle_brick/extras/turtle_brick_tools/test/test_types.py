@@ -20,6 +20,7 @@ import pytest
 
 EXTRAS = Path(__file__).resolve().parents[2]
 PACKAGES = [str(EXTRAS / name / name) for name in ('turtle_graph', 'turtle_brick_tools')]
+PROGRAM = str(EXTRAS.parent / 'scripts/record_rviz')
 
 ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
 CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
@@ -35,5 +36,5 @@ def test_mypy(monkeypatch):
     api = pytest.importorskip('mypy.api', reason='mypy is not installed')
     report, errors, status = api.run(
         ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
-         '--warn-unused-ignores', *PACKAGES])
+         '--warn-unused-ignores', *PACKAGES, PROGRAM])
     assert status == 0, report + errors
