@@ -59,8 +59,11 @@ TIME_LIMIT, END_TIME = 400.0, 60.0
 
 def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
     """Return the rules for a given hour of class, or all rules if the hour is None."""
-    return rules if hour is None else Rules(
-        rule for rule in rules if rule.name.startswith(HOURS[hour]))
+    def hour_of(name: str) -> int:
+        return max((len(prefix), number) for number, prefixes in HOURS.items()
+                   for prefix in prefixes if name.startswith(prefix))[1]
+
+    return rules if hour is None else Rules(rule for rule in rules if hour_of(rule.name) == hour)
 
 
 def clean_environment() -> dict[str, str]:
