@@ -32,7 +32,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from turtle_graph.client.run_node import run_node
+from turtle_graph.client.spinning import run_node
 
 LEFT_OUT = ('delta', 'dependent_joints', 'publish_default_efforts', 'publish_default_positions',
             'publish_default_velocities', 'source_list', 'use_mimic_tags',

@@ -46,7 +46,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros.buffer_core import fill, stamped
-from turtle_graph.client.run_node import run_node
+from turtle_graph.client.spinning import run_node
 
 
 class RobotStatePublisher(Node):

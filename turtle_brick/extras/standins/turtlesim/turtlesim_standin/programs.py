@@ -35,7 +35,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Empty
-from turtle_graph.client.run_node import run_node
+from turtle_graph.client.spinning import run_node
 from turtlesim.action import RotateAbsolute
 from turtlesim.msg import Pose
 from turtlesim_standin.node import TurtleSimNode

@@ -89,7 +89,7 @@ def test_signal_during_the_creation_of_a_node_ends_the_program(domain_id, number
     code = """
 import time
 
-from turtle_graph.client.run_node import run_node
+from turtle_graph.client.spinning import run_node
 
 def create():
     print("creating", flush=True)

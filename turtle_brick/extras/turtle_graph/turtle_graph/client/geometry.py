@@ -70,11 +70,6 @@ def turn(axis: Iterable[float], angle: float) -> Array:
     return pose((0.0, 0.0, 0.0), (x, y, z, cos(angle / 2.0))).axes
 
 
-def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
-    """Interpolate linearly between similar poses, from `a` (fraction 0) to `b` (fraction 1)."""
-    return Pose(*(p + fraction * (q - p) for p, q in zip(a, b)))
-
-
 def angle_between(a: Array, b: Array) -> float:
     """Return the angle (rad) between two vectors of approximately equal length."""
     return 2.0 * atan2(hypot(*(a - b)), hypot(*(a + b)))

@@ -22,7 +22,7 @@ from operator import attrgetter, itemgetter
 import re
 from typing import Any, NamedTuple
 
-from turtle_graph.client.geometry import Array, interpolate, Pose, pose
+from turtle_graph.client.geometry import Array, Pose, pose
 from turtle_graph.client.profiles import Profile
 
 NS_PER_SECOND = 1_000_000_000
@@ -158,8 +158,9 @@ class Frame:
             return None
         if before.parent != after[0].parent:
             return before
-        return Sample(stamp, before.parent, interpolate(
-            before.pose, after[0].pose, (stamp - before.stamp) / interval))
+        fraction = (stamp - before.stamp) / interval
+        return Sample(stamp, before.parent, Pose(*(
+            a + fraction * (b - a) for a, b in zip(before.pose, after[0].pose))))
 
 
 class Record:

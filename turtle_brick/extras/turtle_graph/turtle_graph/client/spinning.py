@@ -15,6 +15,7 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+import os
 import signal
 from threading import Event
 from time import monotonic
@@ -22,7 +23,9 @@ from typing import Any
 
 import rclpy
 from rclpy.context import Context
+from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -33,12 +36,16 @@ INTERRUPTED = Event()
 signal during wait() could block this process because both methods of an Event use one lock."""
 
 
+def handle_signals(handler: Callable[..., object]) -> dict[int, Any]:
+    """Make Ctrl-C and SIGTERM call a handler, and return the previous signal handlers."""
+    return {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+
+
 def handle_interrupts() -> dict[int, Any]:
     """Make Ctrl-C and SIGTERM set INTERRUPTED, and return the previous signal handlers."""
     # A KeyboardInterrupt in a callback could be lost or could break a node.
     INTERRUPTED.clear()
-    return {number: signal.signal(number, lambda *_: INTERRUPTED.set())
-            for number in (signal.SIGINT, signal.SIGTERM)}
+    return handle_signals(lambda *_: INTERRUPTED.set())
 
 
 class Spinner:
@@ -87,3 +94,39 @@ class NodeSpinner(Spinner, AbstractContextManager['NodeSpinner']):
         self._context.try_shutdown()
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
+
+
+def run_node(make_node: Callable[[], Node], program: str, args: list[str] | None = None
+             ) -> str | None:
+    """
+    Create a node, spin the node until Ctrl-C or SIGTERM, and destroy the node.
+
+    :param make_node: node class, or function that returns the node
+    :param program: name of the program for error messages
+    :param args: command line including the program name, by default sys.argv
+    :return: error message if the node cannot be created, otherwise None
+    """
+    stopped = Event()
+
+    def stop(*_: object) -> None:
+        stopped.set()
+        # Fast DDS hangs in 1 of 700 shutdowns, so another SIGTERM ends the process immediately.
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    # On a busy machine, creating a node can take longer than ros2 launch waits before SIGKILL.
+    handle_signals(lambda *_: os._exit(0))
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        node = make_node()
+    except (ParameterException, RuntimeError, ValueError) as error:
+        rclpy.try_shutdown()
+        return f'{program}: {" ".join(str(error).split())}'
+    handle_signals(stop)
+    executor = EventsExecutor()
+    executor.add_node(node)
+    while not stopped.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return None

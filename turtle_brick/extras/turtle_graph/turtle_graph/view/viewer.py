@@ -67,7 +67,7 @@ from tf2_ros import Buffer
 from turtle_graph.client.geometry import Vector
 from turtle_graph.client.observer import (fill_position, load_type, MARKER_TYPES, PollingNode,
                                           subscription_qos)
-from turtle_graph.client.run_node import run_node
+from turtle_graph.client.spinning import run_node
 from turtle_graph.view.page import Page, TEXT_TOPICS, WORLD
 from turtle_graph.view.settings import read_settings, Settings
 

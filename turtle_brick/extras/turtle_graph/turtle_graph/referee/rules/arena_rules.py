@@ -212,11 +212,7 @@ def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
 
 
 def brick_corners(record: Record) -> Array:
-    """
-    Return the corners (m) of the brick's box marker in the brick's frame.
-
-    :raises Open: if the brick has no box marker
-    """
+    """Return the corners (m) of the brick's box marker in the brick's frame, or raise Open."""
     _, idle = record.trial_spans()[0]
     with suppress(Failed):
         for received in brick_markers(record)[::-1]:
@@ -372,22 +368,18 @@ def falls(record: Record) -> list[MeasuredFall]:
     """Return all falls with at least ten recorded transforms, or raise Open if there are none."""
     found = []
     for drop in dropped(record):
-        if drop.released is None:
-            continue
+        released = drop.released or 0
         track = [(stamp, brick.position) for stamp, brick in record.brick_track(
-                     drop.released, drop.down or drop.end)]
-        if drop.down is None:
-            above = [(stamp, position) for stamp, position in track if position[2] > 0.0]
-            if len(above) == len(track):
-                continue  # The end of the fall was not observed.
-            track = above  # The brick fell through the ground.
+                     released, drop.down or drop.end)]
         hover = track[0][1][:2] if track else drop.place[:2]
+        # If no landing was observed, the brick may have fallen through the ground.
+        has_ended = drop.down is not None or any(position[2] <= 0.0 for _, position in track)
         track = [(stamp, position) for stamp, position in track
-                 if drop.place[2] - position[2] > NEAR]
+                 if 0.0 < position[2] < drop.place[2] - NEAR]
         depths = numpy.array([drop.place[2] - position[2] for _, position in track])
-        if len(track) < 10 or depths[-1] == depths[0]:
+        if not has_ended or len(track) < 10 or depths[-1] == depths[0]:
             continue
-        times = numpy.array([(stamp - drop.released) * SECONDS_PER_NS for stamp, _ in track])
+        times = numpy.array([(stamp - released) * SECONDS_PER_NS for stamp, _ in track])
         aside = numpy.array([dist(position[:2], hover) for _, position in track])
         # In a fall from rest, the square root of the fallen distance is a linear function of time.
         slope, offset = numpy.polyfit(times, numpy.sqrt(2.0 * depths), 1)
