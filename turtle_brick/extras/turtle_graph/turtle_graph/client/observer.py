@@ -80,6 +80,12 @@ def fill_angle(message: Any, angle: float) -> bool:
     return False
 
 
+def angle_in(message: Any) -> float:
+    """Return the value (rad) of the field that `fill_angle` writes."""
+    owner, name = next(number_fields(message))
+    return float(getattr(owner, name))
+
+
 def known_nodes(infos: Iterable[Any]) -> list[str]:
     """Return the full name of each node in a list of topic endpoints, if the name is known."""
     return [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos
@@ -92,6 +98,14 @@ def subscription_qos(latched: bool, reliable: bool = True) -> QoSProfile:
         depth=DEPTH,
         durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT)
+
+
+def matching_qos(publishers: Iterable[Any]) -> QoSProfile:
+    """Return a QoS profile with which a subscription receives the messages of all publishers."""
+    offered = [info.qos_profile for info in publishers]
+    return subscription_qos(
+        latched=all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered),
+        reliable=all(one.reliability == ReliabilityPolicy.RELIABLE for one in offered))
 
 
 Callback = Callable[[Any, Any], None]
@@ -220,11 +234,9 @@ class Observer(Node):
             if not infos:
                 continue
             record.publishers.setdefault(topic, set()).update(known_nodes(infos))
-            qos = [info.qos_profile for info in infos]
-            # A subscription receives messages only from publishers with compatible QoS.
-            reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)
-            latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
-            record.latched.setdefault(topic, latched)
+            qos = matching_qos(infos)
+            record.latched.setdefault(
+                topic, qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
             if topic in self._subscribed:
                 continue
             if topic in names:
@@ -237,8 +249,7 @@ class Observer(Node):
                 continue
             self._subscribed.add(topic)
             try:
-                self.poller.subscribe(
-                    load_type(types[0]), topic, callback, subscription_qos(latched, reliable))
+                self.poller.subscribe(load_type(types[0]), topic, callback, qos)
             except LookupError as error:
                 record.notes.append(str(error))
 

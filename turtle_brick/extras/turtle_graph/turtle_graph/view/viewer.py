@@ -57,7 +57,6 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
@@ -65,7 +64,8 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_graph.client.geometry import Vector
-from turtle_graph.client.observer import (fill_position, load_type, MARKER_TYPES, PollingNode,
+from turtle_graph.client.observer import (angle_in, fill_angle, fill_position, load_type,
+                                          MARKER_TYPES, matching_qos, PollingNode,
                                           subscription_qos)
 from turtle_graph.client.spinning import run_node
 from turtle_graph.view.page import Page, TEXT_TOPICS, WORLD
@@ -109,7 +109,6 @@ class Viewer(Node):
         self._streams: PollingNode | None = None
         self._clients_by_name: dict[str, Any] = {}
         self._tilt_publisher: Any = None
-        self._tilt_field = ''
         self.panel, self.page = self.server.update(self._create_page)
         self.replay = self.page.toggle_replay
         self._goal_publisher = self.create_publisher(PoseStamped, 'goal_pose', 10)
@@ -172,23 +171,17 @@ class Viewer(Node):
                 self._clients_by_name[name] = self.create_client(load_type(service_types[0]), name)
 
     def _connect_tilt(self, topic: str, type_name: str) -> None:
-        with suppress(LookupError, StopIteration):
+        with suppress(LookupError):
             tilt_type = load_type(type_name)
-            self._tilt_field = next(
-                name for name, kind in tilt_type.get_fields_and_field_types().items()
-                if kind in ('double', 'float'))
-            self._tilt_publisher = self.create_publisher(tilt_type, topic, 10)
-            self.create_subscription(tilt_type, topic, lambda message: self.page.on_tilt(
-                getattr(message, self._tilt_field)), 10)
+            if fill_angle(tilt_type(), 0.0):
+                self._tilt_publisher = self.create_publisher(tilt_type, topic, 10)
+                self.create_subscription(
+                    tilt_type, topic, lambda message: self.page.on_tilt(angle_in(message)), 10)
 
     def _connect_markers(self, topic: str, type_name: str, name: str) -> None:
-        if qos := [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]:
-            # A subscription receives messages only from publishers with compatible QoS.
-            latched = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in qos)
-            reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in qos)
-            self.create_subscription(
-                load_type(type_name), topic, partial(self.page.on_markers, name),
-                subscription_qos(latched, reliable))
+        if publishers := self.get_publishers_info_by_topic(topic):
+            self.create_subscription(load_type(type_name), topic, partial(
+                self.page.on_markers, name), matching_qos(publishers))
 
     def _find_sections(self) -> tuple[bool, bool, bool]:
         return (any(client.service_is_ready() for client in self._clients_by_name.values()),
@@ -215,8 +208,9 @@ class Viewer(Node):
     def tilt(self, angle: float) -> None:
         """Tilt the platform to an angle (rad)."""
         if self._tilt_publisher is not None:
-            message_type = self._tilt_publisher.msg_type
-            self._tilt_publisher.publish(message_type(**{self._tilt_field: angle}))
+            message = self._tilt_publisher.msg_type()
+            fill_angle(message, angle)
+            self._tilt_publisher.publish(message)
 
     def drive(self, x: float, y: float) -> None:
         """Send the robot to a point (m) in the world frame."""
