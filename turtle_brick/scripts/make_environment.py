@@ -483,13 +483,13 @@ def make_environment(kind: str, content: str) -> None:
     made = read_record()
     own = own_packages()
     complete = content == 'ros' or bool(own)
-    prefixes, *underlay = use_native() if kind == 'native' else use_pypi(made, complete)
+    prefixes, mark, setup_files = use_native() if kind == 'native' else use_pypi(made, complete)
     build('standins', {**standins(prefixes, complete), TURTLE_GRAPH.name: TURTLE_GRAPH}, made,
-          *underlay)
+          mark, setup_files)
     if content == 'packages':
-        build('install', PACKAGES, made, *underlay)
+        build('install', PACKAGES, made, mark, setup_files)
         try:
-            build('own', own, made, *underlay)
+            build('own', own, made, mark, setup_files)
         except SetupError as error:
             report(f'turtle_brick: {error} All other packages are ready.')
 

@@ -20,7 +20,8 @@ import pytest
 
 EXTRAS = Path(__file__).resolve().parents[2]
 PACKAGES = [str(EXTRAS / name / name) for name in ('turtle_graph', 'turtle_brick_tools')]
-PROGRAM = str(EXTRAS.parent / 'scripts/record_rviz')
+PROGRAMS = [str(EXTRAS.parent / 'scripts' / name)
+            for name in ('make_environment.py', 'record_rviz', 'referee', 'website')]
 
 ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
 CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
@@ -36,5 +37,5 @@ def test_mypy(monkeypatch):
     api = pytest.importorskip('mypy.api', reason='mypy is not installed')
     report, errors, status = api.run(
         ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
-         '--warn-unused-ignores', *PACKAGES, PROGRAM])
+         '--scripts-are-modules', '--warn-unused-ignores', *PACKAGES, *PROGRAMS])
     assert status == 0, report + errors
