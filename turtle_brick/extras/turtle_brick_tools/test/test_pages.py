@@ -44,7 +44,7 @@ TIMEOUT = 600.0
 PROGRAMS = ('bash', 'colcon', 'export', 'pip', 'python3', 'ros2', 'rosdep', 'source', 'sudo')
 
 NOT_RUN = {
-    'rosdep install|pip install|npm install': 'it installs packages',
+    'rosdep install|pip install|npm install|sudo apt': 'it installs packages',
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'it would run this test',
     'source (install|/opt/ros/jazzy)/setup.bash': 'it belongs to another workspace',
     '(python3 turtle_brick/scripts/|ros2 run turtle_graph )referee': 'it has its own tests',
@@ -241,6 +241,13 @@ def test_links_have_targets(page):
             # GitHub removes punctuation from anchors and replaces spaces with hyphens.
             assert anchor in [re.sub(r'[^\w\- ]', '', heading).replace(' ', '-')
                               for heading in headings], target
+
+
+@pytest.mark.parametrize('page', [*PAGES, PACKAGE / 'extras/website/index.html'],
+                         ids=lambda page: page.name)
+def test_files_are_served_only_on_this_machine(page):
+    for command in re.findall('python3 -m http.server.*', page.read_text()):
+        assert '--bind 127.0.0.1' in command
 
 
 def test_the_index_lists_all_pages():
