@@ -10,7 +10,8 @@ const form = $('form');
 async function loadPython() {
   const files = Object.entries(JSON.parse($('libraries').textContent).integrity);
   const write = chunk => { $('progress').value += chunk.length; };
-  // This code checks the files, which Pyodide then loads from the browser's cache.
+  // This code checks one download of the files. Pyodide loads them again, without a check, usually
+  // from the browser's cache.
   await Promise.all(files.filter(([url]) => url.includes('pyodide')).map(async ([url, integrity]) => {
     const response = await fetch(url, { integrity }).catch(() => null);
     if (!response?.ok) throw new Error(missing(url));
