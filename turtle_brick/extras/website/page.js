@@ -88,9 +88,9 @@ async function start() {
   }).observe(view);
 
   // The form contains all settings. The address can contain these settings, too.
-  $('sliders').innerHTML = constants.sliders.map(([name, label, lower, upper, value]) => `<label>${label}<br>
+  $('sliders').innerHTML = constants.sliders.map(([name, label, lower, upper, value]) => `<label>${label}<span>
     <input type="range" name="${name}" min="${lower}" max="${upper}" step="any" value="${value}">
-    <output></output></label>`).join('');
+    <output></output></span></label>`).join('');
   const call = (...input) => { $('error').textContent = arena.call(...input); };
   let urdf, robot;
   const update = address => {

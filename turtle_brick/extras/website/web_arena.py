@@ -200,7 +200,7 @@ class WebArena:
                 f'{400.0 * sample[0] / PLOT_TIME:.0f},{base - 90.0 * sample[column] / top:.1f}'
                 for sample in self._samples)
             lines += f'<polyline points="{points}" fill="none" stroke="{color}"/>'
-        return f"""<svg viewBox="0 0 400 250" font-size="14">{lines}
+        return f"""<svg viewBox="0 0 400 250" preserveAspectRatio="xMinYMin" font-size="14">{lines}
             <text y="14">height of the brick (red), 0 to {MAX_HEIGHT:g} m</text>
             <text y="134">commanded (gray) and real (blue) speed, 0 to {fastest:g} m/s</text>
             <text y="246">time since the release, 0 to {PLOT_TIME:g} s</text></svg>"""

@@ -78,13 +78,17 @@ class Chromium:
                 'Target.attachToTarget', targetId=target['targetId'], flatten=True)['sessionId']
             self._call('Page.enable')
             self._call('Page.addScriptToEvaluateOnNewDocument', source=FEW_FRAMES)
-            self._call('Emulation.setDeviceMetricsOverride', width=width, height=height,
-                       deviceScaleFactor=1, mobile=False)
+            self.resize(width, height)
             self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._stack.close()
+
+    def resize(self, width: int, height: int) -> None:
+        """Set the width and height (pixels) of the page."""
+        self._call('Emulation.setDeviceMetricsOverride', width=width, height=height,
+                   deviceScaleFactor=1, mobile=False)
 
     def go_to(self, url: str) -> None:
         answer = self._call('Page.navigate', url=url)

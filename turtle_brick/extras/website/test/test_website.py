@@ -147,6 +147,13 @@ def test_a_brick_is_placed_by_a_click_dropped_caught_and_tipped_off(page):
         'the plots are visible on a small screen')
 
 
+def test_all_controls_and_plots_fit_on_a_laptop_screen(page):
+    page.resize(1400, 900)
+    assert page.evaluate('[plots.children.length, form.scrollHeight, document.body.scrollWidth]'
+                         ) == [1, 900, 1400]
+    page.resize(400, 800)
+
+
 def test_an_unreachable_brick_is_refused_with_the_reason(page):
     for name, value in {'x': 0.5, 'y': 0.5, 'z': 2.5}.items():
         fill_in(page, name, value)
