@@ -73,7 +73,7 @@ def test_the_modules_of_the_site_catch_a_brick_without_any_packages(tmp_path):
      r'website: nothing/\S+ is missing .*: npm install --prefix libraries pyodide@'),
     (['--docs', 'site'], r'website: --docs requires MkDocs, .*: pip install mkdocs=='),
     (['--docs', PACKAGE / 'site'], f'website: OUT is {PACKAGE}/site, but must be outside')])
-def test_options_that_cannot_work_are_refused_before_anything_is_written(options, reason, tmp_path):
+def test_impossible_options_are_refused_before_anything_is_written(options, reason, tmp_path):
     done = subprocess.run([*ISOLATED, PACKAGE / 'scripts/website', *options], cwd=tmp_path,
                           capture_output=True, text=True)
     assert done.returncode == 1 and re.match(reason, done.stderr), done.stderr
