@@ -16,8 +16,8 @@ Create or update the directory `.ros`, which contains the environment for this w
 
 The first argument selects the ROS installation. `native` uses the sourced installation, and `pypi`
 installs ROS from Python wheels. The second argument selects the packages to build. `ros` builds
-all stand-ins and installs the linters. `packages` builds the packages of this project and only
-what they require. If the workspace contains further packages, that is everything.
+all stand-ins. `packages` builds the packages of this project and only the stand-ins that they
+require. If the workspace contains further packages, that is every stand-in.
 
 The script setup_shell.bash runs this program and then sources the setup files in `.ros`. The
 directory `.ros` contains the following items:
@@ -57,7 +57,6 @@ REQUIREMENTS = SCRIPTS / 'requirements.txt'
 COPIED = (SCRIPTS / 'local_setup.bash', SCRIPTS / 'fastdds.xml')
 TOP = SCRIPTS.parents[1]
 EXTRAS = TOP / 'turtle_brick' / 'extras'
-LATER_REQUIREMENTS = SCRIPTS / 'requirements_later.txt'
 OWN_REQUIREMENTS = TOP / '.ros-requirements.txt'
 ENVIRONMENT = TOP / '.ros'
 VENV = ENVIRONMENT / 'venv'
@@ -91,8 +90,8 @@ PINNED = ('--no-deps', '--no-build-isolation', '--use-pep517')
 NETWORK_OPTION = re.compile('INDEX|LINKS|HOST|CERT|PROXY|TIMEOUT|RETRIES|CACHE|CONFIG|KEYRING')
 """Names of pip options that change neither the installed packages nor their location."""
 
-REQUIRED_SPACE = 600
-"""Required free space (MB): 450 MB for the packages and linters, and temporary files of pip."""
+REQUIRED_SPACE = 750
+"""Required free space (MB): 600 MB for the environment, and temporary files of pip."""
 
 ALLOWED = '/ ._-+~@=!%&()#'
 """Special characters that CMake, Ninja and colcon accept in a path."""
@@ -433,22 +432,11 @@ def use_native() -> tuple[list[str], str, list[Path]]:
     return prefixes, mark, []
 
 
-def update(key: str, requirements: Path, made: dict[str, str], packages: str,
-           *options: str) -> None:
-    """Install further packages if they have not been recorded under this key."""
-    wanted = fingerprint(requirements.read_bytes())
-    if made.get(key) != wanted:
-        pip_install(packages, *options, '-r', str(requirements))
-        made[key] = wanted
-        write_record(made)
-
-
-def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list[Path]]:
+def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
     """
     Update the virtual environment.
 
     :param made: recorded fingerprints, which the function updates
-    :param complete: whether also the packages in LATER_REQUIREMENTS are required
     :return: prefix, fingerprint and setup file of the environment
     """
     sources = (REQUIREMENTS, *COPIED, Path(__file__))
@@ -459,7 +447,7 @@ def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list
         check_programs(*COMPILERS)
         check_python()
         report('turtle_brick: ROS 2 Jazzy is not installed. Installing it once from Python wheels '
-               'into .ros, which takes two to four minutes and 450 MB ...')
+               'into .ros, which takes two to four minutes and 600 MB ...')
         try:
             remove_environment()
             check_disk()
@@ -471,10 +459,12 @@ def use_pypi(made: dict[str, str], complete: bool) -> tuple[list[str], str, list
         except BaseException:
             remove_environment()
             raise
-    if complete:
-        update('later', LATER_REQUIREMENTS, made, 'linters and plotting tools', *PINNED)
     if OWN_REQUIREMENTS.is_file():
-        update('own', OWN_REQUIREMENTS, made, OWN_REQUIREMENTS.name)
+        wanted = fingerprint(OWN_REQUIREMENTS.read_bytes())
+        if made.get('own') != wanted:
+            pip_install(OWN_REQUIREMENTS.name, '-r', str(OWN_REQUIREMENTS))
+            made['own'] = wanted
+            write_record(made)
     return [str(VENV)], mark, [VENV / 'local_setup.bash']
 
 
@@ -483,7 +473,7 @@ def make_environment(kind: str, content: str) -> None:
     made = read_record()
     own = own_packages()
     complete = content == 'ros' or bool(own)
-    prefixes, mark, setup_files = use_native() if kind == 'native' else use_pypi(made, complete)
+    prefixes, mark, setup_files = use_native() if kind == 'native' else use_pypi(made)
     build('standins', {**standins(prefixes, complete), TURTLE_GRAPH.name: TURTLE_GRAPH}, made,
           mark, setup_files)
     if content == 'packages':

@@ -17,10 +17,9 @@
 # This script makes ROS 2 Jazzy available in the shell, but not the packages in this workspace. Use
 # it to build and run other workspaces. If ROS 2 Jazzy is sourced or installed in /opt/ros/jazzy,
 # the script uses this installation (native environment). Otherwise, the script first installs ROS
-# from Python wheels into the directory .ros next to the packages (PyPI environment), together with
-# what other workspaces and the tests may require, but env.bash does not: example_interfaces, the
-# linters and matplotlib. The return status is 0 on success. Otherwise, the last line of output
-# states the reason. The script uses these environment variables:
+# from Python wheels into the directory .ros next to the packages (PyPI environment). It also builds
+# example_interfaces, which other workspaces may require. The return status is 0 on success.
+# Otherwise, the last line of output states the reason. The script uses these environment variables:
 #
 #   PYTHON=...   Python interpreter for the PyPI environment, 3.10 to 3.13 (default: the first
 #                suitable program among python3, python3.13, python3.12, python3.11 and python3.10)

@@ -269,7 +269,7 @@ def refusal(program, kind='pypi'):
     (platform, 'libc_ver', lambda: ('glibc', '2.17'), ['2.28', 'glibc 2.17']),
     (sysconfig, 'get_path', lambda _: '/no/include', ['/no/include/Python.h', '-dev']),
     (importlib.util, 'find_spec', lambda _: None, ['virtual environments', '-venv"']),
-    (shutil, 'disk_usage', lambda _: SimpleNamespace(free=42e6), ['42 MB', '600 MB'])])
+    (shutil, 'disk_usage', lambda _: SimpleNamespace(free=42e6), ['42 MB', '750 MB'])])
 def test_an_unsupported_machine_is_refused(program, monkeypatch, module, name, value, words):
     monkeypatch.setattr(module, name, value)
     assert all(word in refusal(program) for word in words)

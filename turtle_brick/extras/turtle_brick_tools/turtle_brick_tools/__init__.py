@@ -14,20 +14,6 @@
 """Programs that run, simulate and measure the ROS graph, and plot the results."""
 
 from argparse import ArgumentTypeError
-from importlib import invalidate_caches
-from importlib.util import find_spec
-import os
-from pathlib import Path
-import subprocess
-
-
-def install_matplotlib() -> None:
-    """Install matplotlib in the PyPI environment, to which env.bash does not add it."""
-    environment = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
-    if environment and not find_spec('matplotlib'):
-        ros = Path(environment).parent / 'turtle_brick/scripts/ros.bash'
-        subprocess.run(['bash', '-c', 'source "$1"', 'bash', ros], check=False)
-        invalidate_caches()
 
 
 def positive_int(text: str) -> int:

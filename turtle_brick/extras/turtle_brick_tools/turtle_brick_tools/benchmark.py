@@ -48,7 +48,7 @@ from turtle_brick.core.parameters import load
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.physics import STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
-from turtle_brick_tools import install_matplotlib, positive_int
+from turtle_brick_tools import positive_int
 from turtle_brick_tools.demo import random_brick
 from turtle_graph.client.client import GraphClient
 from turtle_graph.client.domains import DomainError, reserved_domain
@@ -237,7 +237,6 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument('--output', type=Path, default=Path('.'), metavar='DIR',
                         help='directory for latency.png (default: current directory)')
     options = parser.parse_args(args)
-    install_matplotlib()
     from turtle_brick_tools import plots  # Importing matplotlib takes half a second.
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     signal.signal(signal.SIGTERM, signal.default_int_handler)

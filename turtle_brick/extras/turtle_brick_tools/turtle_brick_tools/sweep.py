@@ -40,7 +40,7 @@ from tqdm import tqdm
 from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import default_path, load, Parameters
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
-from turtle_brick_tools import install_matplotlib, positive_int
+from turtle_brick_tools import positive_int
 from turtle_brick_tools.simulation import outcome_counts, simulate_drop, SimulatedDrop, trace
 
 TABLE = 'drops.csv'
@@ -218,8 +218,6 @@ def make_plan(options: argparse.Namespace, parameters: Parameters) -> Plan:
 def main(args: Sequence[str] | None = None) -> int:
     """Run a sweep and return the exit status."""
     options = parse(args)
-    if options.figures:
-        install_matplotlib()
     try:
         parameters = load(options.params_file)
         plan = make_plan(options, parameters)

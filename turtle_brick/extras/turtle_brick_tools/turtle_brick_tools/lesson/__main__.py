@@ -25,7 +25,6 @@ from pathlib import Path
 import sys
 
 from turtle_brick.core.parameters import load, ParameterError
-from turtle_brick_tools import install_matplotlib
 
 PARTS = {'frames': 'frames', 'rolling': 'rolling', 'falling': 'falling', 'queue': 'queueing',
          'reach': 'reach'}
@@ -51,7 +50,6 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument('--output', type=Path, default=Path('lesson'), metavar='DIR',
                         help='directory for the figures (default: lesson)')
     options = parser.parse_args(args)
-    install_matplotlib()
     try:
         parameters = load(options.params_file)
         options.output.mkdir(parents=True, exist_ok=True)

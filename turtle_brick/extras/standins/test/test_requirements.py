@@ -1,0 +1,27 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Test that the PyPI environment contains everything that its packages require."""
+
+from importlib.metadata import Distribution, distributions
+import os
+from pathlib import Path
+import sys
+
+import pytest
+
+VENV = Path(sys.prefix)
+SCRIPTS = Path(__file__).resolve().parents[3] / 'scripts'
+
+if VENV != SCRIPTS.parents[1] / '.ros/venv':
+    pytest.skip('only for the PyPI environment', allow_module_level=True)
