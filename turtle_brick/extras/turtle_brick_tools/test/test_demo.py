@@ -16,10 +16,12 @@
 
 import os
 import signal
+import socket
 import sys
 from types import SimpleNamespace
 
 from live_graph import graph, process
+import psutil
 import pytest
 import rclpy
 from rclpy.context import Context
@@ -94,6 +96,41 @@ def test_demo_uses_the_domain_of_the_user(domain_id):
         assert os.environ['ROS_DOMAIN_ID'] == str(domain_id)
     with graph(domain_id), demo.choose_domain() as shared:
         assert shared
+
+
+DEMO = [sys.executable, '-m', 'turtle_brick_tools.demo', *'--place 5.5 5.5 8'.split() * 18]
+
+
+def viewer_of(demo_process):
+    """Return the process of the viewer as soon as the demo has dropped a brick."""
+    demo_process.wait_for_output('brick is falling', WAIT)
+    viewer, = psutil.Process(demo_process.pid).children(recursive=True)
+    return viewer
+
+
+def test_a_process_that_dies_is_a_fault(domain_id):
+    with process(DEMO, domain_id, stop=None, timeout=WAIT) as program:
+        viewer_of(program).kill()
+        assert program.wait(WAIT) == 1
+        assert program.output.splitlines()[-1].startswith('demo: viewer exited with status -9: ')
+        assert ' dropped: ' not in program.output
+
+
+@pytest.mark.parametrize('number', [signal.SIGHUP, signal.SIGKILL])
+def test_the_viewer_ends_with_the_demo(domain_id, number):
+    with process(DEMO, domain_id, stop=None, timeout=WAIT) as program:
+        viewer = viewer_of(program)
+        program.send(number)
+        psutil.wait_procs([viewer], WAIT)
+        assert not viewer.is_running()
+
+
+def test_a_port_without_a_page_does_not_respond():
+    port = demo.free_port(demo.FIRST_PORT)
+    with socket.create_server(('127.0.0.1', port)):
+        assert demo.free_port(port) > port
+        assert not demo.responds(port)
+    assert not demo.responds(port)
 
 
 def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(live, monkeypatch):

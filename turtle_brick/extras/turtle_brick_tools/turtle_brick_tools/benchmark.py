@@ -57,7 +57,7 @@ from turtle_graph.client.observer import Observer
 from turtle_graph.client.processes import Process
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Record
-from turtle_graph.client.spinning import NodeSpinner
+from turtle_graph.client.spinning import handle_signals, NodeSpinner
 
 LAUNCH = ('ros2', 'launch', 'turtle_brick', 'turtle_arena.launch.py', 'view:=none')
 
@@ -239,7 +239,7 @@ def main(args: Sequence[str] | None = None) -> int:
     options = parser.parse_args(args)
     from turtle_brick_tools import plots  # Importing matplotlib takes half a second.
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    handle_signals(signal.default_int_handler)
     try:
         options.output.mkdir(parents=True, exist_ok=True)
         with reserved_domain() as domain:

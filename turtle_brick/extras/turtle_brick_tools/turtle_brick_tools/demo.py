@@ -19,17 +19,19 @@ By default, the demo drops two bricks: one that can be caught and one that canno
 the demo runs N arenas in parallel, each in its own process and namespace.
 
 The exit status is 0 if the catcher accepted every brick for which a catch is guaranteed, and the
-robot caught every accepted brick and tipped it off the platform. Otherwise, it is 1.
+robot caught every accepted brick and tipped it off the platform, while all nodes ran and the page
+responded. Otherwise, it is 1.
 """
 
 import argparse
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from gc import freeze
+from http.client import HTTPConnection, HTTPException
 from math import cos, inf, pi, sin
 import os
 from random import Random
-import re
+import socket
 import subprocess
 import sys
 from typing import Any
@@ -45,6 +47,7 @@ from turtle_brick.physics import World
 from turtle_brick_tools import positive_int
 from turtle_brick_tools.graph import Graph
 from turtle_brick_tools.simulation import guaranteed_distance, guaranteed_distance_to
+from turtle_graph.client.children import end_with_parent
 from turtle_graph.client.client import GraphClient
 from turtle_graph.client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
                                          reserved_domain, restrict_to_localhost)
@@ -59,6 +62,9 @@ START_TIMEOUT = 30.0
 
 BROWSER_TIMEOUT = 8.0
 """Time (s) to wait for a browser to open the viewer page before the first drop."""
+
+PAGE_TIMEOUT = 5.0
+"""Timeout (s) for a response of the viewer page."""
 
 HOVERING_TIME = 1.0
 """Time (s) for which each brick hovers before the drop, so that users can see the brick."""
@@ -167,8 +173,13 @@ def forget_old_messages(record: Record) -> None:
         del entries[:-KEPT_MESSAGES]
 
 
-def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters) -> bool:
-    """Start all nodes in an empty graph, drop bricks, and return whether the demo succeeded."""
+def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Parameters,
+                 page_port: int | None = None) -> bool:
+    """
+    Start all nodes in an empty graph, drop bricks, and return whether the demo succeeded.
+
+    :param page_port: port on which the viewer page must still respond after the last drop
+    """
     graph.add_turtlesim()
     graph.add_robot_state_publisher()
     graph.add_robot()
@@ -193,6 +204,10 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
             print(f'{prefix}FAULT: {fault}\n', end='', flush=True)
         if found:
             faulty += 1
+    if page_port is not None and not responds(page_port):
+        faulty += 1
+        print(f'{prefix}FAULT: the page http://127.0.0.1:{page_port} does not respond\n', end='',
+              flush=True)
     caught = [watch.caught for watch in watches]
     refused = [watch for watch in watches if watch.refusals]
     # Print the newline with the text so that lines from several processes stay separate.
@@ -204,22 +219,43 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     return faulty == 0 and caught == [True, False]
 
 
-def start_viewer(graph: Graph, port: int) -> None:
-    """Start the viewer on `port`, and open its page in a browser if a display is available."""
+def free_port(first: int) -> int:
+    """Return the lowest free TCP port from `first` on, or raise ValueError."""
+    for port in range(first, 65536):
+        with suppress(OSError), socket.create_server(('127.0.0.1', port)):
+            return port
+    raise ValueError(f'no port from {first} to 65535 is free for the page')
+
+
+def responds(port: int) -> bool:
+    """Return whether a page on a port of this machine responds."""
+    with suppress(OSError, HTTPException), closing(
+            HTTPConnection('127.0.0.1', port, timeout=PAGE_TIMEOUT)) as connection:
+        connection.request('GET', '/')
+        return connection.getresponse().status == 200
+    return False
+
+
+def start_viewer(graph: Graph, first_port: int) -> int:
+    """Start the viewer, open its page if a display is available, and return the page's port."""
+    port = free_port(first_port)
     prefix = f'{graph.namespace}: ' if graph.namespace else ''
-    viewer = graph.add_process('turtle_graph', 'viewer', '--ros-args', '-p', f'port:={port}',
-                               listener=lambda line: sys.stderr.write(prefix + line))
-
-    def wait_for_output(pattern: str, timeout: float) -> re.Match[str] | None:
-        with suppress(TimeoutError):
-            graph.spin_until(lambda: re.search(pattern, viewer.output) or not viewer.running,
-                             timeout, 'the viewer has printed a message')
-        return re.search(pattern, viewer.output)
-
-    address = wait_for_output(r'Viewer: (http\S+)', START_TIMEOUT)
+    graph.add_process('turtle_graph', 'viewer', '--ros-args', '-p', f'port:={port}',
+                      listener=lambda line: sys.stderr.write(prefix + line))
+    address = f'http://127.0.0.1:{port}'
+    graph.spin_until(lambda: responds(port), START_TIMEOUT, f'the page {address} responds')
     display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
-    if address and display and sys.stdout.isatty() and webbrowser.open(address[1]):
-        wait_for_output('Viewer: a browser has opened the page', BROWSER_TIMEOUT)
+    if display and sys.stdout.isatty() and webbrowser.open(address):
+        wait_for_browser(graph)
+    return port
+
+
+def wait_for_browser(graph: Graph) -> None:
+    """Wait until a browser shows the page, because only then the viewer subscribes to odom."""
+    node = graph.add(Node, parameters=False, node_name='browser_check')
+    with suppress(TimeoutError):
+        graph.spin_until(lambda: node.count_subscribers('odom'), BROWSER_TIMEOUT, '')
+    graph.remove(node)
 
 
 def is_interactive() -> bool:
@@ -230,13 +266,13 @@ def is_interactive() -> bool:
 def run(options: argparse.Namespace, parameters: Parameters) -> int:
     """Run the demo in one arena and return the exit status."""
     with Graph(namespace=options.namespace, tf_inside=bool(options.namespace)) as graph:
-        if not options.no_view:
-            start_viewer(graph, options.port)
-        good = run_scenario(graph, options, parameters)
+        page_port = None if options.no_view else start_viewer(graph, options.port)
+        good = run_scenario(graph, options, parameters, page_port)
         if is_interactive():
             if not options.namespace:
                 print(KEEPS_RUNNING)
-            graph.spin_until(lambda: False, inf, 'Ctrl-C')
+            with suppress(KeyboardInterrupt):
+                graph.spin_until(lambda: False, inf, 'Ctrl-C')
     return 0 if good else 1
 
 
@@ -247,7 +283,8 @@ def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
     command = [sys.executable, '-m', 'turtle_brick_tools.demo', *args]
     # A process in a new session does not receive Ctrl-C from the terminal.
     arenas = [subprocess.Popen([*command, '--namespace', name, '--port', str(FIRST_PORT + number)],
-                               start_new_session=True) for number, name in enumerate(names)]
+                               start_new_session=True, preexec_fn=end_with_parent)
+              for number, name in enumerate(names)]
     try:
         for arena in arenas:
             while arena.poll() is None:

@@ -159,6 +159,13 @@ class Graph(Spinner, AbstractContextManager['Graph']):
         self._processes.append(process)
         return process
 
+    def spin_once(self) -> None:
+        """Execute pending callbacks, or raise RuntimeError if a process of the graph has ended."""
+        super().spin_once()
+        for process in self._processes:
+            if not process.running:
+                raise RuntimeError(process.exit_message(count=1))
+
     def parameter_file(self, parameters: dict[str, Any]) -> Path:
         """Write parameters to a temporary file and return its path."""
         path = Path(self._files.name, f'{len(os.listdir(self._files.name))}.yaml')

@@ -23,6 +23,7 @@ from xml.etree import ElementTree
 
 import ament_index_python as index
 from rosidl_adapter.parser import parse_message_string
+from turtle_graph.client.children import end_with_parent
 
 
 def absence(package):
@@ -177,7 +178,8 @@ def run(args):
     signal.signal(signal.SIGINT, lambda *_: None)  # Ctrl-C also reaches the child.
     for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, forward)
-    child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv])
+    child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv],
+                             preexec_fn=end_with_parent)
     for number in received:  # These signals arrived before the child existed.
         child.send_signal(number)
     status = child.wait()

@@ -23,6 +23,7 @@ import subprocess
 import threading
 
 import psutil
+from turtle_graph.client.children import end_with_parent
 
 END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
@@ -103,6 +104,7 @@ class Process(AbstractContextManager['Process']):
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, start_new_session=True, cwd=directory,
+            preexec_fn=end_with_parent,
             env=dict([*{**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment}.items(),
                       self._mark]))
         self.pid = self._popen.pid
@@ -138,12 +140,12 @@ class Process(AbstractContextManager['Process']):
         """Return whether the process is still running."""
         return self._popen.poll() is None
 
-    def exit_message(self) -> str:
-        """Return the exit status and the last output lines that are not [INFO] messages."""
+    def exit_message(self, count: int = 3) -> str:
+        """Return the exit status and the last `count` output lines except [INFO] messages."""
         self._reader.join(1.0)
         lines = [line for line in self.output.splitlines() if line[:7] not in ('', '[INFO] ')]
-        return (f'{self.command[0]} exited with status {self._popen.returncode}: '
-                f'{" / ".join(lines[-3:]) or "no output"}')
+        return (f'{Path(self.command[0]).name} exited with status {self._popen.returncode}: '
+                f'{" / ".join(lines[-count:]) or "no output"}')
 
     def send(self, number: int) -> None:
         """Send a signal to the process unless the process has exited."""

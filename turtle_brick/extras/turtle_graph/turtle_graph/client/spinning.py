@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Spin nodes until a condition holds, Ctrl-C is pressed or SIGTERM arrives."""
+"""Spin nodes until a condition holds, Ctrl-C is pressed or SIGTERM or SIGHUP arrives."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -31,18 +31,20 @@ from rclpy.signals import SignalHandlerOptions
 
 LONGEST_WAIT = 0.02
 """Timeout (s) of each spin_once call. With varying timeouts, the executor could starve nodes."""
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that end a program: Ctrl-C, `kill` and closing the terminal."""
 INTERRUPTED = Event()
-"""Event that Ctrl-C and SIGTERM set after handle_interrupts has been called. Use only is_set(). A
-signal during wait() could block this process because both methods of an Event use one lock."""
+"""Event that STOP_SIGNALS set after handle_interrupts has been called. Use only is_set(). A signal
+during wait() could block this process because both methods of an Event use one lock."""
 
 
 def handle_signals(handler: Callable[..., object]) -> dict[int, Any]:
-    """Make Ctrl-C and SIGTERM call a handler, and return the previous signal handlers."""
-    return {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    """Make STOP_SIGNALS call a handler, and return the previous signal handlers."""
+    return {number: signal.signal(number, handler) for number in STOP_SIGNALS}
 
 
 def handle_interrupts() -> dict[int, Any]:
-    """Make Ctrl-C and SIGTERM set INTERRUPTED, and return the previous signal handlers."""
+    """Make STOP_SIGNALS set INTERRUPTED, and return the previous signal handlers."""
     # A KeyboardInterrupt in a callback could be lost or could break a node.
     INTERRUPTED.clear()
     return handle_signals(lambda *_: INTERRUPTED.set())
@@ -99,7 +101,7 @@ class NodeSpinner(Spinner, AbstractContextManager['NodeSpinner']):
 def run_node(make_node: Callable[[], Node], program: str, args: list[str] | None = None
              ) -> str | None:
     """
-    Create a node, spin the node until Ctrl-C or SIGTERM, and destroy the node.
+    Create a node, spin the node until one of STOP_SIGNALS, and destroy the node.
 
     :param make_node: node class, or function that returns the node
     :param program: name of the program for error messages

@@ -31,7 +31,7 @@ from turtle_graph.client.observer import Observer
 from turtle_graph.client.processes import crashes, explain_missing, launch_error, Process
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Record
-from turtle_graph.client.spinning import NodeSpinner
+from turtle_graph.client.spinning import handle_signals, NodeSpinner
 from turtle_graph.referee import report
 from turtle_graph.referee.classroom import judge_class, rules_in_hour
 from turtle_graph.referee.options import parse
@@ -149,7 +149,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run the referee and return the exit status."""
     options, command = parse(sys.argv[1:] if args is None else args)
     gc.disable()  # With 100,000 recorded messages, a collection could pause the referee for 0.4 s.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM ends like Ctrl-C.
+    handle_signals(signal.default_int_handler)  # All of them end the referee like Ctrl-C.
     profile = Profile()
     try:
         if options.profile is not None:

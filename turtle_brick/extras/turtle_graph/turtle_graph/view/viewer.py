@@ -104,7 +104,6 @@ class Viewer(Node):
         self.server = PageServer(host, port, f'{name} {self.get_namespace()}'.rstrip(' /'))
         self._settings = settings
         self._scheduled: deque[Callable[[], None]] = deque()
-        self._has_browser = False
         self._last_visit = -inf
         self._streams: PollingNode | None = None
         self._clients_by_name: dict[str, Any] = {}
@@ -230,10 +229,6 @@ class Viewer(Node):
             self._scheduled.popleft()()
         if self.server.viser.get_clients():
             self._last_visit = monotonic()
-            if not self._has_browser:
-                self._has_browser = True
-                print(f'{self.get_name()}: a browser has opened the page', file=sys.stderr,
-                      flush=True)
             self._streams = self._streams or self._open_streams()
         elif self._streams and monotonic() - self._last_visit > IDLE_DELAY:
             self._streams.destroy_node()

@@ -26,6 +26,7 @@ import traceback
 
 from launch.substitutions import (Deferred, get_logger, LaunchConfiguration, missing_name,
                                   normalize_to_list_of_substitutions, perform, read_typed, write)
+from turtle_graph.client.children import end_with_parent
 
 __getattr__ = missing_name('launch')
 
@@ -305,7 +306,7 @@ class ExecuteProcess(Action):
             self.popen = subprocess.Popen(
                 ' '.join(self.command) if self.shell else self.command, shell=self.shell,
                 cwd=self.directory, env=self.variables, stdin=subprocess.PIPE,
-                stdout=pipes[0][1], stderr=pipes[1][1])
+                stdout=pipes[0][1], stderr=pipes[1][1], preexec_fn=end_with_parent)
         except BaseException:
             for reader, _ in pipes:
                 os.close(reader)

@@ -1,0 +1,36 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+End the processes that a program has started, even if the program is killed.
+
+    subprocess.Popen(command, preexec_fn=end_with_parent)
+"""
+
+import ctypes
+import signal
+
+PR_SET_PDEATHSIG = 1
+"""Number of the operation in Linux's prctl() that sets the signal for the death of the parent."""
+prctl = ctypes.CDLL(None).prctl  # A new process must not wait for the loader of libraries.
+
+
+def end_with_parent() -> None:
+    """
+    Make this new process receive SIGINT when its parent ends, even after SIGKILL.
+
+    Linux sends the signal when the thread ends that started the process, so start processes only
+    in a thread that lives as long as the program.
+    """
+    # After SIGTERM, the real `ros2 launch` would leave its nodes running.
+    prctl(PR_SET_PDEATHSIG, signal.SIGINT)
