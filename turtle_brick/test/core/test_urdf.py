@@ -13,7 +13,7 @@
 # limitations under the License.
 """Test the links, joints and dimensions in the robot description."""
 
-from math import atan2, hypot, pi, sin
+from math import atan2, hypot, nan, pi, sin
 import re
 from xml.etree import ElementTree
 
@@ -105,6 +105,10 @@ def test_impossible_dimensions_are_refused_with_one_sentence(tmp_path):
     radius = refusal_of(tmp_path, platform_radius=0.05)
     assert re.search(r'In /\S*\.yaml, platform_radius is 0.05 m, but with wheel_radius 0.2 m it '
                      'must be from', radius)
+    for wrong in ('0,2', -0.2, nan):
+        value = refusal_of(tmp_path, wheel_radius=wrong)
+        assert re.search(rf'In /\S*\.yaml, wheel_radius is {wrong}, but must be a positive number',
+                         value)
     path = written(tmp_path, {'wheel_raduis': 0.2, **DEFAULTS})
     path.write_text(path.read_text().replace('wheel_radius', 'wheel'))
     with pytest.raises(xacro.XacroException, match='wheel_radius is missing in the parameter file'
@@ -148,7 +152,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
     folder = tmp_path_factory.getbasetemp()
     dimensions = {'platform_radius': radius, 'platform_thickness': thickness,
                   'wheel_radius': wheel}
-    refusal = refusal_of(folder, platform_height=0.0, **dimensions)
+    refusal = refusal_of(folder, platform_height=0.001, **dimensions)
     height = float(re.search('must be at least (.*) m so', refusal)[1]) * (1.0 + 1e-5) + spare
     robot = process(folder, platform_height=height, **dimensions)
     for steering in (0.0, 0.4, 2.0):
