@@ -135,6 +135,12 @@ def test_texts_are_escaped_alarms_are_red_and_sections_can_be_hidden(page):
     assert '#c92a2a' in panel.status.content
     panel.show_status('Caught', False)
     assert '#c92a2a' not in panel.status.content
+    panel.show_hidden_links(['wheel', 'stem'], 'no joint_states are received')
+    assert '#c92a2a' in panel.hidden_links.content and panel.hidden_links.visible
+    assert 'Not shown because no joint_states are received: wheel, stem' in (
+        panel.hidden_links.content)
+    panel.show_hidden_links([], 'no joint_states are received')
+    assert not panel.hidden_links.visible
     panel.show_rates([('odom', 99.96), ('cmd_vel', 0.0)])
     assert '>odom: 100.0 Hz<' in panel.rates.content
     assert '>cmd_vel: no messages<' in panel.rates.content

@@ -133,6 +133,20 @@ def test_moving_frames_can_be_shown_and_a_configuration_adds_static_frames(bench
     configured.panel.show_fixed_frame.assert_called_with('odom', True)
 
 
+def test_panel_names_the_links_that_are_hidden_and_the_reason(bench):
+    empty = PageBench()
+    for one in (empty, bench):
+        one.draw()
+    assert empty.last_argument(empty.panel.show_hidden_links) == []
+    bench.panel.show_hidden_links.assert_called_with(
+        ['platform'], 'no joint_states are received')
+    bench.page.record_arrival('joint_states')
+    bench.page.record_arrival('joint_states')
+    bench.send_transform('base_link', 'platform')
+    bench.draw(after=NS_PER_SECOND)
+    assert bench.last_argument(bench.panel.show_hidden_links) == []
+
+
 def test_curves_show_height_distance_and_speed(bench):
     bench.draw()
     bench.send_transform('world', 'odom', (5.0, 5.0, 0.0), static=True)

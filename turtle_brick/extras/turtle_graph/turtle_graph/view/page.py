@@ -263,10 +263,19 @@ class Page:
         for times in self._arrivals.values():
             while times and times[0] < now / NS_PER_SECOND - RATE_WINDOW:
                 times.popleft()
-        self._panel.show_rates([
-            (name, message_rate(times)) for name, times in self._arrivals.items()])
+        rates = {name: message_rate(times) for name, times in self._arrivals.items()}
+        self._panel.show_rates(list(rates.items()))
+        self._show_hidden_links(bool(rates['joint_states']))
         self._points.append((now / NS_PER_SECOND, *self._curve_values()))
         self._panel.show_curves(self._points)
+
+    def _show_hidden_links(self, has_joint_states: bool) -> None:
+        links = self._robot.links
+        hidden = [link for link in links if self._drawn_pose(link) is None]
+        if len(hidden) == len(links):
+            hidden = []  # The robot or the fixed frame does not exist.
+        self._panel.show_hidden_links(hidden, 'no transforms are received' if has_joint_states
+                                      else 'no joint_states are received')
 
     def _curve_values(self) -> tuple[float, float, float]:
         brick, robot = self._drawn_pose(BRICK), self._drawn_pose(BASE_LINK)

@@ -69,6 +69,7 @@ class Panel:
             gui.add_button_group('', tuple(VIEWS)).on_click(self._on_view)
             self.frames = gui.add_checkbox('show frames', shows_frames)
             self.fixed_frame = gui.add_html('')
+            self.hidden_links = gui.add_html('')
         self._add_plot_folder(gui)
         with gui.add_folder('Rates'):
             self.rates = gui.add_html('')
@@ -127,6 +128,12 @@ class Panel:
         """Show the name of the fixed frame. An unknown frame is shown as an error."""
         text = f'Fixed frame: {frame}' if is_known else f'Fixed frame {frame} does not exist'
         self.fixed_frame.content = _html('fixed_frame', text, not is_known)
+
+    def show_hidden_links(self, links: Sequence[str], reason: str) -> None:
+        """Show as an error which links of the robot are hidden for a given reason, if any."""
+        text = f'Not shown because {reason}: {", ".join(links)}'
+        self.hidden_links.content = _html('hidden_links', text, True)
+        self.hidden_links.visible = bool(links)
 
     def show_status(self, text: str, is_alarm: bool) -> None:
         """Show the status of the current catch attempt, in red for an alarm."""
