@@ -39,6 +39,10 @@ LEFT_OUT = ('delta', 'dependent_joints', 'publish_default_efforts', 'publish_def
             'use_smallest_joint_limits')
 
 
+PANEL_WIDTH = 5000
+"""Width of the panel in pixels. In a smaller window, the panel is almost as wide as the window."""
+
+
 class JointStatePublisher(Node):
     """Publishes the positions of the joints in the robot description."""
 
@@ -100,6 +104,7 @@ class Gui(JointStatePublisher):
     def __init__(self) -> None:
         from turtle_graph.view.server import PageServer  # This import is slow.
         self.server = PageServer('127.0.0.1', 8081, 'Joint State Publisher')
+        self.server.update(self.arrange)
         super().__init__()
         print(f'Joint State Publisher: {self.server.url}', file=sys.stderr, flush=True)
 
@@ -107,10 +112,18 @@ class Gui(JointStatePublisher):
         super().configure(description)
         self.server.update(self.create_sliders)
 
+    def arrange(self) -> None:
+        """Fill the window with the panel, because viser also shows a 3D scene, which is empty."""
+        gui = self.server.viser.gui
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.main_panel.dock_left()
+        gui.main_panel.set_width(PANEL_WIDTH)
+
     def create_sliders(self) -> None:
         """Create the Randomize and Center buttons, and one slider for each joint."""
         gui = self.server.viser.gui
         gui.reset()
+        self.arrange()
         gui.add_button('Randomize').on_click(lambda _: self.move(
             lambda least, greatest, zero: uniform(least, greatest)))
         gui.add_button('Center').on_click(lambda _: self.move(lambda least, greatest, zero: zero))

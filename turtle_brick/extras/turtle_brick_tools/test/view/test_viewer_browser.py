@@ -148,6 +148,8 @@ def test_buttons_on_the_page_move_the_joints(page, domain_id):
         live.publisher('robot_description', String, LATCHED).publish(String(data=ROBOT))
         states = live.record('joint_states', JointState)
         page.go_to(sliders.wait_for_output(r'Joint State Publisher: (\S+)', TIMEOUT)[1])
+        # The page has no 3D scene.
+        page.wait_for(f'{CANVAS} && {CANVAS}.getBoundingClientRect().width < innerWidth / 4')
         for name, moved in (('Randomize', True), ('Center', False)):
             button = f'[...document.querySelectorAll("button")].find(b => b.innerText == {name!r})'
             page.wait_for(button)
