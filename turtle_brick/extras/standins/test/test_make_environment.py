@@ -368,8 +368,11 @@ def test_the_owner_of_a_workspace_that_cannot_be_built_is_named(program, monkeyp
       'c/Testing/2/Test.xml: 9 tests, 0 errors, 9 failures, 0 skipped',
       '', 'Summary: 15 tests, 0 errors, 9 failures, 2 skipped'],
      '4 passed, 0 failed, 2 skipped', 0),
-    (['pytest.xml: 5 tests, 1 error, 2 failures, 1 skipped'], '1 passed, 3 failed, 1 skipped', 1)])
+    (['pytest.xml: 5 tests, 1 error, 2 failures, 1 skipped', '- test_one', '  assert 1 == 0', '',
+      'Summary: 5 tests, 1 error, 2 failures, 1 skipped'],
+     '- test_one\n  assert 1 == 0\n1 passed, 3 failed, 1 skipped', 1)])
 def test_the_summary_counts_each_test_once(lines, summary, status):
+    """No other line contains a count, and failed tests are printed above the sum."""
     done = subprocess.run(['awk', '-f', str(SCRIPTS / 'summary.awk')], input='\n'.join(lines),
                           stdout=subprocess.PIPE, text=True)
     assert (done.stdout, done.returncode) == (f'{summary}\n', status)
