@@ -41,9 +41,9 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'arena = turtle_brick.arena:main',
-            'catcher = turtle_brick.catcher:main',
-            'turtle_robot = turtle_brick.turtle_robot:main',
+            'arena = turtle_brick.programs:arena',
+            'catcher = turtle_brick.programs:catcher',
+            'turtle_robot = turtle_brick.programs:turtle_robot',
         ],
     },
 )

@@ -38,10 +38,10 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'benchmark = turtle_brick_tools.benchmark:main',
-            'demo = turtle_brick_tools.demo:main',
+            'benchmark = turtle_brick_tools.programs:benchmark',
+            'demo = turtle_brick_tools.programs:demo',
             'lesson = turtle_brick_tools.lesson.__main__:main',
-            'sweep = turtle_brick_tools.sweep:main',
+            'sweep = turtle_brick_tools.programs:sweep',
         ],
     },
 )

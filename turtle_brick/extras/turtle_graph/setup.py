@@ -35,8 +35,8 @@ setup(
     license='Apache-2.0',
     entry_points={
         'console_scripts': [
-            'referee = turtle_graph.referee.referee:main',
-            'viewer = turtle_graph.view.viewer:main',
+            'referee = turtle_graph.programs:referee',
+            'viewer = turtle_graph.programs:viewer',
         ],
     },
 )

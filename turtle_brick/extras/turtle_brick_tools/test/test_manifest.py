@@ -41,6 +41,8 @@ WITHOUT_KEY = {'msgspec', 'viser', 'websockets'}
 MAY_IMPORT = {
     'turtle_brick/core': ['turtle_brick.core'],
     'turtle_brick/physics.py': ['turtle_brick.core'],
+    'turtle_brick/programs.py': ['turtle_brick.arena', 'turtle_brick.catcher',
+                                 'turtle_brick.turtle_robot'],
     'turtle_brick/ros': ['turtle_brick.core', 'turtle_brick.ros'],
     **{f'turtle_brick/{name}.py': ['turtle_brick.physics', 'turtle_brick.core', 'turtle_brick.ros']
        for name in ('arena', 'catcher', 'turtle_robot')},
@@ -49,6 +51,7 @@ MAY_IMPORT = {
     'extras/turtle_graph/turtle_graph/client': ['turtle_graph.client'],
     'extras/turtle_graph/turtle_graph/view': ['turtle_graph.view', 'turtle_graph.client'],
     'extras/turtle_graph/turtle_graph/referee': ['turtle_graph.referee', 'turtle_graph.client'],
+    'extras/turtle_graph/turtle_graph/programs.py': [],
     'extras/turtle_graph/test': ['turtle_graph'],
     'extras/turtle_brick_tools/turtle_brick_tools': [
         'turtle_brick_tools', 'turtle_brick', 'turtle_graph'],
