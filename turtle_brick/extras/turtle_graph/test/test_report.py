@@ -20,7 +20,7 @@ from xml.etree import ElementTree
 
 import pytest
 from turtle_graph.client.profiles import Profile, similar_names
-from turtle_graph.client.record import OVERLOADED
+from turtle_graph.client.record import OVERLOADED, Record
 from turtle_graph.referee import referee, report
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
@@ -49,6 +49,16 @@ def test_the_page_contains_facts_table_and_plots():
     assert len(root.findall('.//table/tr')) == 1 + len(JUDGMENTS)
     assert [element.tag for element in root.find('body/main')][-3:] == [
         'table', *['{http://www.w3.org/2000/svg}svg'] * 2]
+
+
+def test_a_crashed_node_is_a_failure_even_if_all_requirements_are_met():
+    met, failed = ([Judgment('a', '', '', mark, '')] for mark in (MET, FAILED))
+    for judgments, crashes, notes, status in (
+            (met, [], [], 0), (met, ['viewer crashed: E'], [], 1), (failed, [], [], 1),
+            (met, [], [report.INTERRUPTED], 2)):
+        record = Record(Profile())
+        record.crashes, record.notes = crashes, notes
+        assert referee.exit_status(judgments, record) == status
 
 
 def test_the_terminal_repeats_what_is_not_met(capsys):

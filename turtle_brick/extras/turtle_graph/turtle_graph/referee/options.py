@@ -21,9 +21,9 @@ the graph, pass the launch command after "--":
 
     ros2 run turtle_graph referee -- ros2 launch turtle_brick turtle_arena.launch.py view:=none
 
-The exit status is 0 if no requirement failed, 1 if at least one failed, and 2 if the judgment is
-incomplete: it was interrupted, found no graph, or left more than ten requirements open because of
-the load of the machine.
+The exit status is 0 if no requirement failed and no node crashed, 1 if one did, and 2 if the
+judgment is incomplete: it was interrupted, found no graph, or left more than ten requirements open
+because of the load of the machine.
 """
 
 import argparse

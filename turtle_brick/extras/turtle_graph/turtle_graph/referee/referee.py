@@ -36,7 +36,7 @@ from turtle_graph.referee import report
 from turtle_graph.referee.classroom import judge_class, rules_in_hour
 from turtle_graph.referee.options import parse
 from turtle_graph.referee.rules import arena_rules, robot_rules
-from turtle_graph.referee.rules.rule import FAILED, Rules
+from turtle_graph.referee.rules.rule import FAILED, Judgment, Rules
 from turtle_graph.referee.trial import DISCOVERY_TIME, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES))
@@ -140,9 +140,14 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     if options.page is not None:
         options.page.write_text(report.page(judgments, about), encoding='utf-8')
     report.print_judgments(judgments, about)
-    marks = {one.mark for one in judgments}
-    incomplete = FAILED not in marks and report.left_open(judgments) > MAX_OPEN
-    return 2 if incomplete or report.INTERRUPTED in record.notes else int(FAILED in marks)
+    return exit_status(judgments, record)
+
+
+def exit_status(judgments: Sequence[Judgment], record: Record) -> int:
+    """Return 1 if a requirement failed or a node crashed, 2 for an incomplete judgment, or 0."""
+    failed = bool(record.crashes) or FAILED in {one.mark for one in judgments}
+    incomplete = not failed and report.left_open(judgments) > MAX_OPEN
+    return 2 if incomplete or report.INTERRUPTED in record.notes else int(failed)
 
 
 def main(args: Sequence[str] | None = None) -> int:
