@@ -14,17 +14,21 @@
 
 """Test the demo's error messages, fault detection and choice of ROS domain."""
 
+from http.server import HTTPServer, SimpleHTTPRequestHandler
 import os
 import signal
 import socket
 import sys
+from threading import Thread
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 from live_graph import graph, process
 import psutil
 import pytest
 import rclpy
 from rclpy.context import Context
+from turtle_brick.core.parameters import load
 from turtle_brick_tools import demo
 from turtle_brick_tools.graph import executable
 from turtle_graph.client.domains import DomainError, RANGE_VARIABLES
@@ -71,6 +75,50 @@ def test_each_fault_is_found(observed, fault):
     assert not found()
     assert not found(refusals=[1], caught=False, distance=1.47)
     assert found(**observed) == [fault]
+
+
+def test_a_process_that_ends_is_a_fault_and_named_with_its_last_line(
+        domain_id, tmp_path, monkeypatch):
+    viewer = tmp_path / 'viewer'
+    viewer.write_text('#!/bin/sh\necho first\necho "  no page"\nexit 3\n')
+    viewer.chmod(0o755)
+    monkeypatch.setattr('turtle_brick_tools.graph.executable', lambda *_: str(viewer))
+    with graph(domain_id) as live:
+        with pytest.raises(RuntimeError, match='^viewer exited with status 3: no page$'):
+            demo.start_viewer(live, demo.FIRST_PORT)
+
+
+def test_only_a_page_that_responds_is_accepted_and_only_a_free_port_chosen(monkeypatch):
+    server = HTTPServer(('127.0.0.1', 0), SimpleHTTPRequestHandler)
+    port = server.server_port
+    assert demo.free_port(port) > port
+    monkeypatch.setattr(demo, 'PAGE_TIMEOUT', 0.1)
+    assert not demo.responds(port), 'the server does not respond yet'
+    monkeypatch.setattr(demo, 'PAGE_TIMEOUT', WAIT)
+    Thread(target=server.serve_forever, daemon=True).start()
+    assert demo.responds(port)
+    server.shutdown()
+    server.server_close()
+    assert not demo.responds(port)
+
+
+def test_a_page_that_does_not_respond_is_a_fault(domain_id, monkeypatch, capfd):
+    monkeypatch.setattr(demo, 'bricks', lambda *_: [])
+    options = SimpleNamespace(namespace='', drops=1, place=[])
+    with socket.create_server(('127.0.0.1', 0)) as server, graph(domain_id) as live:
+        monkeypatch.setattr(demo, 'PAGE_TIMEOUT', 0.1)
+        assert not demo.run_scenario(live, options, load(), server.getsockname()[1])
+    fault, summary = capfd.readouterr().out.splitlines()
+    assert fault.startswith('FAULT: the page http://127.0.0.1:') and '1 faulty' in summary
+
+
+def test_ctrl_c_does_not_hide_a_fault(monkeypatch):
+    monkeypatch.setattr(demo, 'Graph', MagicMock(**{
+        'return_value.__enter__.return_value.spin_until.side_effect': KeyboardInterrupt}))
+    monkeypatch.setattr(demo, 'is_interactive', lambda: True)
+    for good in (True, False):
+        monkeypatch.setattr(demo, 'run_scenario', lambda *_, good=good: good)
+        assert demo.run(demo.parse(['--no-view']), load()) == int(not good)
 
 
 def test_demo_reserves_and_prints_an_empty_domain(monkeypatch, capsys):
@@ -123,14 +171,6 @@ def test_the_viewer_ends_with_the_demo(domain_id, number):
         program.send(number)
         psutil.wait_procs([viewer], WAIT)
         assert not viewer.is_running()
-
-
-def test_a_port_without_a_page_does_not_respond():
-    port = demo.free_port(demo.FIRST_PORT)
-    with socket.create_server(('127.0.0.1', port)):
-        assert demo.free_port(port) > port
-        assert not demo.responds(port)
-    assert not demo.responds(port)
 
 
 def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(live, monkeypatch):

@@ -143,7 +143,8 @@ class Process(AbstractContextManager['Process']):
     def exit_message(self, count: int = 3) -> str:
         """Return the exit status and the last `count` output lines except [INFO] messages."""
         self._reader.join(1.0)
-        lines = [line for line in self.output.splitlines() if line[:7] not in ('', '[INFO] ')]
+        lines = [line.strip() for line in self.output.splitlines()
+                 if line[:7] not in ('', '[INFO] ')]
         return (f'{Path(self.command[0]).name} exited with status {self._popen.returncode}: '
                 f'{" / ".join(lines[-count:]) or "no output"}')
 
