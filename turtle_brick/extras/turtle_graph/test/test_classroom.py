@@ -16,13 +16,13 @@
 import csv
 from pathlib import Path
 import re
-import signal
 import sys
 
 from live_graph import TIMEOUT
 import psutil
 import pytest
 from turtle_graph.client.processes import explain_missing, launch_error, Process
+from turtle_graph.client.spinning import STOP_SIGNALS
 from turtle_graph.referee import classroom, referee
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -100,7 +100,7 @@ def test_the_launch_files_and_packages_of_the_student_are_used(students):
     assert 'not built' in Path('class.html').read_text()
 
 
-@pytest.mark.parametrize('number', (signal.SIGINT, signal.SIGTERM))
+@pytest.mark.parametrize('number', STOP_SIGNALS)
 def test_a_signal_ends_all_processes(students, number):
     with Process([str(ROOT / 'scripts/referee'), '--verbose', '--class', students, '--',
                   'bash', '-c', 'setsid sleep 100 & echo process $!; exec sleep 100']) as process:

@@ -31,6 +31,7 @@ from std_srvs.srv import Empty
 from turtle_brick.physics import Phase
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_tools.graph import executable
+from turtle_graph.client.spinning import STOP_SIGNALS
 from turtle_graph.view import viewer
 from turtle_graph.view.settings import Settings
 from visualization_msgs.msg import Marker, MarkerArray
@@ -82,7 +83,7 @@ def test_without_viser_the_viewer_prints_how_to_install_it(monkeypatch, capsys):
     assert f'\n{viewer.VISER} ' in requirements.read_text()
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', STOP_SIGNALS)
 def test_signal_during_the_creation_of_a_node_ends_the_program(domain_id, number):
     # Python may run the handler of a signal that another thread receives only when the main thread
     # waits the next time, so this node waits for short times, as nodes do.

@@ -154,7 +154,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run the referee and return the exit status."""
     options, command = parse(sys.argv[1:] if args is None else args)
     gc.disable()  # With 100,000 recorded messages, a collection could pause the referee for 0.4 s.
-    handle_signals(signal.default_int_handler)  # All of them end the referee like Ctrl-C.
+    handle_signals(signal.default_int_handler)  # SIGTERM and SIGHUP end like Ctrl-C.
     profile = Profile()
     try:
         if options.profile is not None:
