@@ -14,9 +14,7 @@
 """Configure the isolation, the excluded files and the order of the tests."""
 
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
-import runpy
 from typing import Any
 
 from installed import is_standin
@@ -27,10 +25,6 @@ pytest_plugins = ['isolation']
 
 HERE = Path(__file__).parent
 
-OPTIONAL = ('ament_copyright', 'hypothesis', 'joblib', 'matplotlib', 'numpy', 'psutil', 'rich',
-            'tqdm', 'xacro')
-"""Modules that may be missing. Test files that import a missing module are excluded."""
-
 
 def excluded_files() -> dict[str, list[str]]:
     """Return the test files that cannot run in this environment, grouped by reason."""
@@ -39,16 +33,6 @@ def excluded_files() -> dict[str, list[str]]:
         if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}
     if not is_standin('tf2_msgs'):
         excluded['only for the PyPI environment'] = ['turtle_brick_tools/test/test_types.py']
-    missing = [name for name in OPTIONAL if find_spec(name) is None]
-    for file in HERE.glob('*/test/**/test_*.py') if missing else ():
-        try:
-            runpy.run_path(str(file))
-        except pytest.skip.Exception:
-            pass
-        except ImportError as error:
-            if error.name in missing:
-                excluded.setdefault(f'{error.name} is not installed', []).append(
-                    str(file.relative_to(HERE)))
     return excluded
 
 
@@ -79,7 +63,6 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 @pytest.fixture
 def live(domain_id: int) -> Iterator[Any]:
     """Provide a LiveGraph in a ROS domain that only this test uses."""
-    pytest.importorskip('psutil')
     from live_graph import graph
     with graph(domain_id) as live:
         yield live

@@ -22,21 +22,25 @@ require. If the workspace contains further packages, that is every stand-in.
 The script setup_shell.bash runs this program and then sources the setup files in `.ros`. The
 directory `.ros` contains the following items:
 
-- `venv` (PyPI environment only) is a virtual environment that contains rclpy, DDS, rosidl and the
-  Jazzy messages. `venv` is also a ROS prefix whose `local_setup.bash` sets environment variables.
+- `venv` is a virtual environment. In the PyPI environment, it contains rclpy, DDS, rosidl and the
+  Jazzy messages and is also a ROS prefix whose `local_setup.bash` sets environment variables. In
+  the native environment, it contains only what the folder extras requires and the machine lacks.
 - `standins`, `install` and `own` contain the built stand-ins with turtle_graph, the built packages
   that use turtle_brick, and the built packages that the user added to the workspace.
 - `build` and `log` are the other colcon directories.
 - `made.json` contains fingerprints of the virtual environment and of each built package.
 
-The exit status is 0 on success. Otherwise, the last line of output states the reason for failure.
+The exit status is 0 on success and 2 if only what the folder extras requires could not be
+installed. Otherwise, it is 1. If it is not 0, the last line of output states the reason.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 import fcntl
 import hashlib
+from importlib.metadata import PackageNotFoundError, version
 import importlib.util
 import json
 import os
@@ -83,6 +87,9 @@ NO_TYPE_SUPPORT = re.compile(r'set\(output_target "\$\{output_target\}-NOTFOUND"
 UNQUOTED_TARGET = re.compile(r'(add_custom_target\(\s*ament_cmake_python_\S+(?: ALL)?)')
 ASCII_LINES = re.compile(r'(file\(STRINGS "\$\{idl_output\}" idl_tuples)\)')
 """CMake commands that fail if the workspace path contains parentheses or non-ASCII letters."""
+
+BEYOND_ROS = '# Beyond ROS:'
+"""Beginning of the line in REQUIREMENTS that precedes the packages for the folder extras."""
 
 PINNED = ('--no-deps', '--no-build-isolation', '--use-pep517')
 """Options of pip for packages whose dependencies are listed too."""
@@ -155,17 +162,21 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
     report(f'  {step} ...', end='' if sys.stderr.isatty() else '\n')
     with subprocess.Popen(
             command, cwd=TOP, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, text=True, errors='replace') as process:
+            stderr=subprocess.STDOUT, text=True, errors='replace',
+            start_new_session=True) as process:
         try:
             for line in process.stdout or ():
                 output += line
                 show(line.strip())
             process.wait()
         finally:
-            process.kill()  # The command may still be running after a KeyboardInterrupt.
+            # After a KeyboardInterrupt, the command and its children may still be running.
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
             show('', end='\n')
     if process.returncode:
-        report(output.rstrip())
+        if output:
+            report(output.rstrip())
         raise SetupError(failed)
 
 
@@ -233,14 +244,14 @@ def check_path() -> None:
 
 def check_platform() -> None:
     """Check that this machine runs x86-64 Linux with a supported version of glibc."""
-    library, version = platform.libc_ver()
+    library, release = platform.libc_ver()
     machine = (platform.system(), platform.machine().lower(), library)
-    numbers = [int(number) for number in re.findall(r'\d+', version)]
+    numbers = [int(number) for number in re.findall(r'\d+', release)]
     if machine != ('Linux', 'x86_64', 'glibc') or numbers < [2, 28]:
         raise SetupError(
             'The Python wheels for ROS 2 Jazzy require Linux on x86-64 with glibc 2.28 or newer, '
             f'but this is {platform.system()} on {platform.machine()} with '
-            f'{f"{library} {version}" if library else "another C library"}. '
+            f'{f"{library} {release}" if library else "another C library"}. '
             'Install ROS 2 Jazzy or use its container, and source its setup.bash first.')
 
 
@@ -295,8 +306,8 @@ def pip_install(packages: str, *arguments: str) -> None:
     # Python compiles a module when it is imported. Most modules are never imported.
     run([f'{VENV}/bin/python', '-m', 'pip', 'install', '--no-compile', *cache, *arguments], env,
         f'downloading and installing {packages}',
-        f'pip could not install {packages}. See its output above. Check the network connection '
-        'and the proxy and index of pip, and try again.')
+        f'pip could not install {packages}. Check its output above, if there is any, the network '
+        'connection and the proxy and index of pip, and try again.')
 
 
 def make_venv() -> None:
@@ -424,6 +435,45 @@ def remove_environment() -> None:
     shutil.rmtree(ENVIRONMENT, ignore_errors=True)
 
 
+def is_installed(requirement: str) -> bool:
+    """Return whether any version of a pinned package is installed for this Python."""
+    with suppress(PackageNotFoundError):
+        return bool(version(requirement.partition('==')[0]))
+    return False
+
+
+def install_extras(made: dict[str, str]) -> None:
+    """
+    Install what the folder extras requires and this machine lacks in a virtual environment.
+
+    :param made: recorded fingerprints, which the function updates
+    :raises SetupError: if the packages cannot be installed
+    """
+    _, _, beyond = REQUIREMENTS.read_text().partition(BEYOND_ROS)
+    pinned = [line.split()[0] for line in beyond.splitlines()
+              if '==' in line and not line.startswith('#')]
+    lacking = [requirement for requirement in pinned if not is_installed(requirement)]
+    mark = fingerprint('native', BASE_PYTHON, *lacking)
+    if made.get('venv') == mark and VENV.is_dir() == bool(lacking):
+        return
+    shutil.rmtree(VENV, ignore_errors=True)
+    if lacking:
+        check_python()
+        report(f'turtle_brick: Installing {len(lacking)} Python packages that this machine lacks '
+               'into .ros. They serve the page in the browser, the tools and the tests ...')
+        ENVIRONMENT.mkdir(exist_ok=True)
+        run([str(BASE_PYTHON), '-I', '-m', 'venv', str(VENV), '--system-site-packages'],
+            clean_environment(), 'creating a virtual environment',
+            f'{BASE_PYTHON} could not create a virtual environment.')
+        try:
+            pip_install('what this machine lacks', '-qqq', *PINNED, *lacking)
+        except BaseException:
+            shutil.rmtree(VENV, ignore_errors=True)
+            raise
+    made['venv'] = mark
+    write_record(made)
+
+
 def use_native() -> tuple[list[str], str, list[Path]]:
     """Return the prefixes and fingerprint of the sourced ROS installation."""
     prefixes = clean_environment().get('AMENT_PREFIX_PATH', '').split(os.pathsep)
@@ -468,8 +518,8 @@ def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
     return [str(VENV)], mark, [VENV / 'local_setup.bash']
 
 
-def make_environment(kind: str, content: str) -> None:
-    """Create or update the environment selected on the command line."""
+def make_environment(kind: str, content: str) -> int:
+    """Create or update the environment selected on the command line, and return the exit status."""
     made = read_record()
     own = own_packages()
     complete = content == 'ros' or bool(own)
@@ -482,6 +532,13 @@ def make_environment(kind: str, content: str) -> None:
             build('own', own, made, mark, setup_files)
         except SetupError as error:
             report(f'turtle_brick: {error} All other packages are ready.')
+    if kind == 'native':
+        try:
+            install_extras(made)
+        except SetupError as error:
+            report(f'turtle_brick: {error} The packages of the assignment are ready.')
+            return 2
+    return 0
 
 
 def owner_hint() -> str:
@@ -503,15 +560,13 @@ def main() -> int:
         signal.signal(number, signal.default_int_handler)
     try:
         lock()
-        make_environment(*sys.argv[1:])
+        return make_environment(*sys.argv[1:])
     except SetupError as error:
         report(f'turtle_brick: {error}')
     except KeyboardInterrupt:
         report('turtle_brick: The build was interrupted. Source env.bash again.')
     except OSError as error:
         report(f'turtle_brick: The workspace cannot be built: {error}.{owner_hint()}')
-    else:
-        return 0
     return 1
 
 

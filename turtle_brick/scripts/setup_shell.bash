@@ -57,6 +57,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
 
 _turtle_brick_set_up() {
   local scripts environment kind python=python3
+  local status=0
   local -; set +u  # the ROS and colcon setup files read unset variables
   scripts=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   environment=${scripts%/*/*}/.ros
@@ -101,7 +102,9 @@ _turtle_brick_set_up() {
   if [[ $kind == pypi || $1 == packages ]]; then
     # -I ignores the Python environment variables and the user's packages
     _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_environment.py" \
-      "$kind" "$1" </dev/null || return 1
+      "$kind" "$1" </dev/null || status=$?
+    # with status 2, the shell can use ROS and the packages of the assignment
+    ((status == 0 || status == 2)) || return 1
   fi
 
   # nodes fail if they cannot write their logs
@@ -113,16 +116,19 @@ _turtle_brick_set_up() {
   _turtle_brick_remove "$environment/standins"
   _turtle_brick_remove "$environment/install"
   _turtle_brick_remove "$environment/own"
+  _turtle_brick_remove "$environment/venv"
   unset TURTLE_BRICK_ENVIRONMENT
   if [[ $kind == pypi ]]; then
     source "$environment/venv/local_setup.bash" || return 1
+  elif [[ -d $environment/venv ]]; then
+    export PYTHONPATH=${PYTHONPATH:+$PYTHONPATH:}$(printf '%s' "$environment"/venv/lib/python3*/site-packages)
   fi
   # an empty IFS is required because the colcon scripts do not quote the path to Python
   if [[ $kind == pypi || $1 == packages ]] && [[ -e $environment/standins/local_setup.bash ]]; then
     IFS='' source "$environment/standins/local_setup.bash" || return 1
   fi
 
-  local status=0 packages=''
+  local packages=''
   if [[ $1 == packages ]]; then
     IFS='' source "$environment/install/local_setup.bash" || return 1
     if [[ -e $environment/own/local_setup.bash ]]; then
@@ -132,15 +138,16 @@ _turtle_brick_set_up() {
     packages=" and the packages in $environment"
     # Report errors in the parameter file before any node starts.
     local problem folder=${scripts%/*}
-    python3 -m turtle_brick_tools.check_parameters "$folder/config/turtle.yaml" </dev/null || status=1
-    if ((status == 0)) && ! problem=$(xacro "$folder/urdf/turtle.urdf.xacro" \
+    if ! python3 -m turtle_brick_tools.check_parameters "$folder/config/turtle.yaml" </dev/null; then
+      status=1
+    elif ! problem=$(xacro "$folder/urdf/turtle.urdf.xacro" \
         "params_file:=$folder/config/turtle.yaml" 2>&1 >/dev/null </dev/null); then
       echo "turtle_brick: ${problem%%when evaluating*}" >&2
       status=1
     fi
   fi
 
-  if [[ $- == *i* ]]; then
+  if [[ $- == *i* ]] && ((status == 0)); then
     local source=''
     if [[ $kind == pypi ]]; then
       eval "$(register-python-argcomplete ros2)" # Tab completion

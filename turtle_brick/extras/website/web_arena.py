@@ -14,6 +14,7 @@
 
 """Simulate the arena for the web page, which loads this module with Pyodide."""
 
+import builtins
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
 import json
@@ -249,7 +250,7 @@ def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:
     xacro = SimpleNamespace(arg=str, fatal=_refuse, load_yaml=lambda path: {
         '/**': {'ros__parameters': parameters}})
     robot = fromstring(text)
-    robot[:] = list(_expand_children(robot, {'math': math, 'xacro': xacro}))
+    robot[:] = list(_expand_children(robot, {'math': math, 'python': builtins, 'xacro': xacro}))
     return tostring(robot, encoding='unicode')
 
 

@@ -25,6 +25,7 @@ import sys
 import sysconfig
 from types import SimpleNamespace
 
+import psutil
 import pytest
 from turtle_graph.client.processes import Process
 
@@ -138,7 +139,10 @@ def built(program, tmp_path, monkeypatch):
     executable(program.ENVIRONMENT / 'sourced' / INDEX / 'tf2_msgs')
     monkeypatch.setenv('AMENT_PREFIX_PATH', f'{program.ENVIRONMENT}/sourced:{tmp_path}/prefix')
 
+    monkeypatch.setattr(program, 'is_installed', lambda _: True)
+
     def build(module=program, content='packages'):
+        module.is_installed = program.is_installed
         (module.TOP / 'built').write_text('')
         module.make_environment('native', content)
         return (module.TOP / 'built').read_text().split()
@@ -248,7 +252,10 @@ if [ "$2 $3" = "-m venv" ]; then
   mkdir -p "$4/bin" && cp "$0" "$4/bin/python" && : > "$4/attempt"
 elif [ "$1 $2" = "-m pip" ]; then
   echo "$SAID${PIP_TARGET-}"
-  if [ "$SAID" = wait ]; then while kill -0 $PPID; do sleep 0.05; done; fi
+  if [ "$SAID" = wait ]; then
+    sleep 600 & echo $! >child
+    while kill -0 $PPID; do sleep 0.05; done
+  fi
   exit 1
 fi
 """
@@ -312,6 +319,26 @@ def test_unfinished_results_are_deleted(program, monkeypatch):
     assert [path.name for path in program.ENVIRONMENT.iterdir()] == ['made.json']
 
 
+def test_a_native_machine_gets_what_it_lacks(top, program, built, monkeypatch, capsys):
+    """The packages of the assignment are ready even if the installation fails."""
+    monkeypatch.setattr(program, 'is_installed', lambda pinned: not pinned.startswith('rich='))
+    monkeypatch.setattr(program, 'BASE_PYTHON', executable(top.with_name('python'), PYTHON))
+    assert program.make_environment('native', 'packages') == 2
+    sentence = capsys.readouterr().err.splitlines()[-1]
+    assert 'pip could not install' in sentence and 'assignment are ready' in sentence
+    assert not program.VENV.exists() and (top / '.ros/install/turtle_brick').is_dir()
+    installed = []
+    monkeypatch.setattr(program, 'pip_install', lambda _, *arguments: installed.extend(
+        name for name in arguments if '==' in name))
+    for _ in range(2):
+        assert program.make_environment('native', 'packages') == 0
+    name, = installed
+    assert name.startswith('rich==') and program.VENV.is_dir()
+    monkeypatch.setattr(program, 'is_installed', lambda _: True)
+    assert program.make_environment('native', 'packages') == 0
+    assert not program.VENV.exists()
+
+
 def started(top, said):
     script = f"""import sys
 sys.path.insert(0, {str(top / 'turtle_brick' / 'scripts')!r})
@@ -323,18 +350,21 @@ sys.exit(make_environment.main())"""
 
 @pytest.fixture
 def waiting(top):
+    os.mkfifo(top / 'child')
     with started(top, 'wait') as process:
-        process.wait_for_output('downloading', 600.0)
+        child = psutil.Process(int((top / 'child').read_text()))  # Reading waits for the child.
         assert (top / '.ros/venv/attempt').exists()
-        yield process
+        yield process, child
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
-def test_an_interrupted_installation_is_deleted(top, waiting, number):
-    assert waiting.stop(number, 600.0) == 1
-    assert waiting.output.splitlines()[-1] == (
+def test_an_interrupted_installation_is_deleted_and_its_processes_end(top, waiting, number):
+    process, child = waiting
+    assert process.stop(number, 600.0) == 1
+    assert process.output.splitlines()[-1] == (
         'turtle_brick: The build was interrupted. Source env.bash again.')
     assert not (top / '.ros').exists()
+    assert psutil.wait_procs([child], 600.0)[1] == []
 
 
 def test_a_second_process_waits_for_the_first(top, waiting):
@@ -342,7 +372,7 @@ def test_a_second_process_waits_for_the_first(top, waiting):
         second.wait_for_output('Another terminal is building this workspace', 600.0)
         with pytest.raises(TimeoutError):
             second.wait_for_output('oops', 1.0)
-        waiting.kill()  # An unfinished installation remains.
+        waiting[0].kill()  # An unfinished installation remains.
         assert second.wait(600.0) == 1
         assert 'oops' in second.output
     assert not (top / '.ros').exists()

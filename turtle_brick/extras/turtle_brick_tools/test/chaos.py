@@ -213,6 +213,7 @@ class Scene(Graph):
         process = self.processes[name]
         if fault is None:
             process.kill()
+            self._processes.remove(process)  # The graph must not report the end of this process.
             self.start(name)
         else:
             process.send(signal.SIGSTOP)

@@ -261,7 +261,7 @@ def test_own_node_fits_into_the_list_of_console_scripts():
     setup = (PACKAGE / 'setup.py').read_text()
     scripts = re.search(r"'console_scripts': \[\n(.*?) +\]", setup, re.S)[1]
     line = block('changing.md', 'python', 'own_node:main')
-    assert re.fullmatch(r"( {12}'\w+ = [\w.]+:main',\n)+", scripts + line)
+    assert re.fullmatch(r"( {12}'\w+ = [\w.]+:\w+',\n)+", scripts + line)
 
 
 def test_own_package_starts_with_the_arena(tmp_path):
