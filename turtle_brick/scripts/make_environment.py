@@ -519,7 +519,7 @@ def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
 
 
 def make_environment(kind: str, content: str) -> int:
-    """Create or update the environment selected on the command line, and return the exit status."""
+    """Create or update the selected environment, and return the exit status."""
     made = read_record()
     own = own_packages()
     complete = content == 'ros' or bool(own)
