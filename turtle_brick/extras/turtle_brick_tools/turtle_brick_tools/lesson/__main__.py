@@ -62,6 +62,9 @@ def main(args: Sequence[str] | None = None) -> int:
     except (OSError, ParameterError) as error:
         print(f'lesson: {error}', file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print('lesson: interrupted', file=sys.stderr)
+        return 130
     return 0
 
 
