@@ -146,11 +146,14 @@ def report(text: str, end: str = '\n') -> None:
     print(f'{text}{end}', end='', file=sys.stderr, flush=True)
 
 
-def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None:
+def run(command: list[str], env: dict[str, str], step: str, failed: str,
+        show_output: bool = True) -> None:
     """
     Run a command and report its progress.
 
-    :raises SetupError: if the command fails; `failed` is the error message
+    :param show_output: whether the whole output is shown if the command fails
+    :raises SetupError: if the command fails; `failed` is the error message, which the last line of
+        the output precedes if the output is not shown
     """
     start, output = time.monotonic(), ''
 
@@ -175,8 +178,10 @@ def run(command: list[str], env: dict[str, str], step: str, failed: str) -> None
                 os.killpg(process.pid, signal.SIGKILL)
             show('', end='\n')
     if process.returncode:
-        if output:
+        if show_output:
             report(output.rstrip())
+        else:
+            failed = f'{" ".join(output.splitlines()[-1:])}. {failed}'
         raise SetupError(failed)
 
 
@@ -296,7 +301,7 @@ def repair_cmake(text: str, include: str, packages: str) -> str:
     return ASCII_LINES.sub(r'\1 ENCODING UTF-8)', text)
 
 
-def pip_install(packages: str, *arguments: str) -> None:
+def pip_install(packages: str, *arguments: str, show_output: bool = True) -> None:
     """Install packages in the virtual environment."""
     env = {name: value for name, value in clean_environment().items()
            if not name.startswith(('PIP_', 'PYTHON')) or NETWORK_OPTION.search(name)}
@@ -306,8 +311,8 @@ def pip_install(packages: str, *arguments: str) -> None:
     # Python compiles a module when it is imported. Most modules are never imported.
     run([f'{VENV}/bin/python', '-m', 'pip', 'install', '--no-compile', *cache, *arguments], env,
         f'downloading and installing {packages}',
-        f'pip could not install {packages}. Check its output above, if there is any, the network '
-        'connection and the proxy and index of pip, and try again.')
+        f'pip could not install {packages}.{" See its output above." if show_output else ""} '
+        'Check the network connection and the proxy and index of pip, and try again.', show_output)
 
 
 def make_venv() -> None:
@@ -464,9 +469,9 @@ def install_extras(made: dict[str, str]) -> None:
         ENVIRONMENT.mkdir(exist_ok=True)
         run([str(BASE_PYTHON), '-I', '-m', 'venv', str(VENV), '--system-site-packages'],
             clean_environment(), 'creating a virtual environment',
-            f'{BASE_PYTHON} could not create a virtual environment.')
+            f'{BASE_PYTHON} could not create a virtual environment.', show_output=False)
         try:
-            pip_install('what this machine lacks', '-qqq', *PINNED, *lacking)
+            pip_install('what this machine lacks', *PINNED, *lacking, show_output=False)
         except BaseException:
             shutil.rmtree(VENV, ignore_errors=True)
             raise
