@@ -127,8 +127,8 @@ class CatcherNode(Node):
             self.publish_decision(catcher.decision, now)
         if catcher.state is not state:
             self.get_logger().info(f'The state is now {catcher.state.value}')
-        if catcher.robot.late_response_time:
-            self.warn_of_late_robot(catcher.robot.late_response_time)
+        if catcher.robot.response.late_time:
+            self.warn_of_late_robot(catcher.robot.response.late_time)
         if not self.is_complete:
             self.log_missing()
 

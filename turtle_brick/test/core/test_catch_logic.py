@@ -24,10 +24,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
-from turtle_brick.core.catch_logic import (Catcher, CENTER, GOAL_TOLERANCE, LYING_TIME,
-                                           Observation, RAMP_TIME, SETTLING_TIME, State,
-                                           TILTING_TIMEOUT, transition)
+from turtle_brick.core.catch_logic import (Catcher, CENTER, LYING_TIME, Observation,
+                                           RAMP_TIME, SETTLING_TIME, State, TILTING_TIMEOUT,
+                                           transition)
 from turtle_brick.core.geometry import from_pitch, Pose
+from turtle_brick.core.robot_tracking import GOAL_TOLERANCE
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_arena import nearest_in_arena
 from turtle_brick.physics import Phase, STEP_NS, World
@@ -60,7 +61,7 @@ TABLE = [
     (State.TILTING, {'is_beside_platform': True, 'still_for': SETTLING_TIME}, State.LEVELING),
     (State.TILTING, {'state_time': TILTING_TIMEOUT}, State.TILTING),
     (State.TILTING, {'state_time': TILTING_TIMEOUT + 0.01}, State.LEVELING),
-    (State.LEVELING, {'is_level_commanded': False}, State.LEVELING),
+    (State.LEVELING, {'is_level': False}, State.LEVELING),
     (State.LEVELING, {}, State.WAITING),
     (State.LEVELING, ROBOT_LOST, State.WAITING),
     *((state, {'has_reachable_fall': True, **lost}, State.APPROACHING)
@@ -312,6 +313,46 @@ def test_clock_set_back_resets_the_catcher(state):
     assert bench.world.phase is (Phase.RIDING if state is State.TILTING else Phase.FLOATING)
     assert all(decision.reachable for decision in bench.decisions)
     bench.drop(4.0, 5.0, 9.0)
+    bench.assert_tipped_off()
+
+
+@pytest.mark.parametrize('state', [State.APPROACHING, State.CARRYING])
+def test_platform_tilted_by_another_node_is_leveled_during_a_catch(state):
+    bench = bench_in(state)
+    bench.attaches_brick = True
+    bench.tilts.clear()
+    bench.angle = 0.4
+    assert bench.run(0.03, lambda: bench.angle == 0.0)
+    bench.assert_tipped_off()
+
+
+def test_catcher_does_not_wait_before_the_platform_is_level():
+    bench = bench_in(State.LEVELING)
+    bench.run(1.0, lambda: setattr(bench, 'angle', 0.4))
+    assert bench.catcher.state is State.LEVELING
+    bench.assert_tipped_off()
+
+
+def test_platform_tilted_by_another_node_stays_tilted_until_a_reachable_brick_falls():
+    bench = CatchBench()
+    bench.angle = 0.4
+    bench.run(3.0)
+    bench.drop(10.0, 10.0, 3.0)  # unreachable
+    bench.run(3.0)
+    assert (bench.catcher.state, bench.angle, bench.tilts) == (State.WAITING, 0.4, [])
+    bench.drop(7.0, 6.0, 9.0)
+    bench.assert_tipped_off()
+
+
+@pytest.mark.parametrize('state', [State.APPROACHING, State.CARRYING])
+def test_goal_is_published_again_as_soon_as_the_robot_drives_elsewhere(state):
+    bench = CatchBench()
+    bench.drop(9.0, 9.0, 14.0)
+    bench.reach_state(state)
+    bench.run(0.5)
+    bench.goal, goals = (1.0, 9.5), len(bench.goals)
+    assert bench.run(0.05, lambda: len(bench.goals) > goals)
+    assert bench.goals[-1] == bench.goals[-2] == bench.goal
     bench.assert_tipped_off()
 
 

@@ -14,6 +14,8 @@
 
 """Test the robot state derived from TF and from the catcher's own commands."""
 
+from math import cos, radians, sin
+
 from laws import PARAMETERS, seconds
 import pytest
 from turtle_brick.core.geometry import from_pitch, Pose
@@ -61,6 +63,30 @@ def test_robot_comes_to_rest_after_its_last_motion():
     assert observe(tracker, 2.011 + REST_TIME, 5.01).is_at_rest
 
 
+@pytest.mark.parametrize(('positions', 'is_off_course'), [
+    ((4.9, 4.9), True), ((5.01, 4.99), True), ((5.01, 5.03), False), ((5.0, 5.0), True),
+    ((8.97, 8.99), False), ((9.03, 8.99), False), ((8.99, 9.0, 9.03), True),
+    ((8.99, 8.99 - 1e-10), False)],
+    ids=('away', 'back', 'toward', 'at rest', 'arriving', 'overshooting', 'leaving', 'arrived'))
+def test_robot_is_off_course_unless_it_drives_to_its_goal_or_is_there(positions, is_off_course):
+    tracker = resting_tracker()
+    tracker.record_goal(seconds(2.0), (9.0, 5.0))
+    assert not observe(tracker, 1.99 + LATENCY, 4.0).is_off_course
+    for number, x in enumerate(positions):
+        observe(tracker, 2.01 + LATENCY + 0.08 * number, x)
+    assert tracker.state.is_off_course is is_off_course
+
+
+@pytest.mark.parametrize(('degrees', 'is_off_course'), [(17, False), (20, True), (90, True)])
+def test_robot_that_drives_in_another_direction_is_off_course(degrees, is_off_course):
+    tracker = resting_tracker()
+    tracker.record_goal(seconds(2.0), (5.0, 9.0))
+    x = 5.0 + 0.001 * sin(radians(degrees))
+    platform = Platform(Pose((x, 5.0 + 0.001 * cos(radians(degrees)), HINGE), from_pitch(0.0)))
+    tracker.observe(seconds(2.01 + LATENCY), platform)
+    assert tracker.state.is_off_course is is_off_course
+
+
 def test_new_robot_is_not_at_rest_before_its_second_position():
     tracker = resting_tracker()
     tracker.observe(seconds(2.1), None)
@@ -93,7 +119,7 @@ def test_response_time_of_a_late_robot_is_measured(still, moved, goal, measured)
     tracker.record_goal(seconds(2.0 + still), (goal, 5.0))  # The catcher repeats the goal.
     observe(tracker, 2.0 + moved, 5.02)
     observe(tracker, 2.5, 5.5)
-    assert tracker.late_response_time == pytest.approx(measured)
+    assert tracker.response.late_time == pytest.approx(measured)
 
 
 def test_goals_of_a_moving_or_unavailable_robot_are_not_measured():
@@ -107,4 +133,4 @@ def test_goals_of_a_moving_or_unavailable_robot_are_not_measured():
             tracker.record_goal(seconds(2.02), (9.0, 5.0))
         observe(tracker, 2.4, 5.02)
         observe(tracker, 2.6, 5.04)
-        assert tracker.late_response_time == 0.0
+        assert tracker.response.late_time == 0.0

@@ -18,7 +18,7 @@ from math import dist
 import re
 
 from driven import PARAMETERS, record_published, SteppedGraph
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped
 from laws import REST_Z, seconds
 from live_nodes import LATCHED, TIMEOUT
 import pytest
@@ -121,6 +121,22 @@ def test_brick_attached_to_the_platform_is_carried(live):
     assert bench.goals == [] and bench.world.phase is Phase.HOVERING
     bench.drop()
     bench.until(Phase.FLOATING)
+
+
+def test_tilt_and_goal_of_another_node_are_corrected(live):
+    bench = Bench(live)
+    bench.connect()
+    bench.release(8.0, 7.0, 20.0)
+    for phase in (Phase.FALLING, Phase.RIDING):
+        bench.until(phase)
+        bench.run(0.3)
+        bench.tilts.append(Tilt(angle=0.4))
+        corner = PoseStamped(pose=Pose(position=Point(x=1.0, y=10.0)))
+        bench.goals.append(corner)
+        bench.run(0.06)
+        assert bench.tilts[-1].angle == 0.0 and bench.goals[-1] is not corner
+    bench.until(Phase.FLOATING)
+    assert dist(bench.platform[:2], CENTER) < 0.05
 
 
 def test_late_robot_is_reported_once(live, capfd):

@@ -134,7 +134,7 @@ class BrickTracker:
         self.position: Vector = (inf, inf, inf)
         """Latest position (m) of the brick's center in the world frame, initially infinite."""
         self.has_landed = False
-        """Whether the brick has landed on the platform and is still at its resting height."""
+        """Whether the brick has landed on the platform and is still there."""
         self._resting_height = resting_height
         self._detector = FallDetector(gravity)
         self._is_attached = False
@@ -169,24 +169,24 @@ class BrickTracker:
             return
         fall = self.fall
         self._detector.observe(stamp, position)
-        self.has_landed = abs(position[2] - self._resting_height) <= RESTING_TOLERANCE and (
-            is_attached or self._ends_at_resting_height(fall, stamp)
-            or (self.has_landed and not self._is_attached))
+        is_at_rest = abs(position[2] - self._resting_height) <= RESTING_TOLERANCE
+        has_just_landed = is_at_rest and self._has_ended_on_platform(fall, stamp, self.position)
+        # A brick that stops being a child of the platform has left it.
+        stays = is_at_rest and self.has_landed and not self._is_attached
+        self.has_landed = is_attached or has_just_landed or stays
         if (is_attached != self._is_attached
                 or dist(position, self.position) > POSITION_TOLERANCE):
             self._last_motion = stamp
             self.position = position
         self._stamp, self._is_attached = stamp, is_attached
 
-    def _ends_at_resting_height(self, fall: Fall | None, stamp: int) -> bool:
+    def _has_ended_on_platform(self, fall: Fall | None, stamp: int, previous: Vector) -> bool:
         """
         Return whether a fall that was in progress ended on the platform before `stamp` (ns).
 
-        An arena node from another workspace may keep world as the parent frame of a brick on the
-        platform. In this package, a brick that stops being a child of the platform has not landed.
-        `position` is still the last one before `stamp`.
+        :param previous: position (m) of the brick before `stamp`
         """
         return (fall is not None and self.fall is None
-                and self.position[2] > self._resting_height - RESTING_TOLERANCE
+                and previous[2] > self._resting_height - RESTING_TOLERANCE
                 and fall.height(stamp, self._detector.gravity)
                 < self._resting_height + RESTING_TOLERANCE)

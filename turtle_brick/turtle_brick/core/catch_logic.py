@@ -30,7 +30,7 @@ from typing import NamedTuple
 from turtle_brick.core.brick_tracking import BrickTracker, Fall
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import decide_reachability, Decision, resting_height
-from turtle_brick.core.robot_tracking import RobotTracker
+from turtle_brick.core.robot_tracking import GOAL_TOLERANCE, RobotTracker
 from turtle_brick.core.tilting_platform import PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_arena import ARENA_CENTER, nearest_in_arena
@@ -52,9 +52,6 @@ SETTLING_TIME = 0.05
 
 LYING_TIME = 1.0
 """Time (s) for which a brick must lie still on a level platform before the robot carries it."""
-
-GOAL_TOLERANCE = 0.02
-"""Maximum distance (m) from the goal at which a robot at rest counts as having arrived."""
 
 
 class State(Enum):
@@ -81,7 +78,7 @@ class Observation(NamedTuple):
     is_falling: bool = False
     """Whether the brick is falling and has not passed the platform yet."""
     is_on_platform: bool = False
-    """Whether the brick lies on the level platform of an available robot."""
+    """Whether the brick has landed on the platform of an available robot and is still there."""
     is_beside_platform: bool = False
     """Whether the center of the brick is beside the platform, or the robot is unavailable."""
     still_for: float = 0.0
@@ -90,8 +87,8 @@ class Observation(NamedTuple):
     """Whether the robot is at rest and its platform is level."""
     is_at_center: bool = False
     """Whether the robot is at rest at the center of the arena."""
-    is_level_commanded: bool = True
-    """Whether the last tilt command was 0 rad, or no tilt command has been published."""
+    is_level: bool = True
+    """Whether the last tilt command was 0 rad, and the platform is level or unavailable."""
 
 
 def transition(state: State, observation: Observation) -> State:
@@ -105,7 +102,7 @@ def transition(state: State, observation: Observation) -> State:
         CARRYING    --> LEVELING    the brick has left the platform, or the robot is unavailable
         CARRYING    --> TILTING     the robot has arrived at the center
         TILTING     --> LEVELING    the brick rests beside the platform, or TILTING has timed out
-        LEVELING    --> WAITING     the last tilt command was 0 rad
+        LEVELING    --> WAITING     the platform is level
         WAITING     --> CARRYING    a brick lies on the level platform of a robot at rest
 
     If the arena node stops during a fall, the state stays APPROACHING until the brick reappears.
@@ -125,7 +122,7 @@ def transition(state: State, observation: Observation) -> State:
         has_left = o.is_beside_platform and o.still_for >= SETTLING_TIME
         return State.LEVELING if has_left or o.state_time > TILTING_TIMEOUT else state
     if state is State.LEVELING:
-        return State.WAITING if o.is_level_commanded else state
+        return State.WAITING if o.is_level else state
     # A brick can lie on the platform at startup, or land there despite the decision "unreachable".
     is_lying = o.is_on_platform and o.is_robot_idle and o.still_for >= LYING_TIME
     return State.CARRYING if is_lying else state
@@ -166,8 +163,6 @@ class Catcher:
         self.brick = BrickTracker(self.parameters.gravity_accel, resting_height(self.parameters))
         self.robot = RobotTracker(self.parameters.command_latency)
         self._now = self._state_start = now
-        self._goal = CENTER
-        """Last goal (m) of the robot in the world frame."""
         self._tilt_angle = self._ramp_start = 0.0
         """Last commanded platform angle (rad), and the angle at the start of the tilt ramp."""
 
@@ -206,11 +201,8 @@ class Catcher:
         if landing_point is not None or self.state is not previous:
             self._state_start, self._ramp_start = now, self._tilt_angle
 
-        goal, angle = self._next_goal(previous), self._next_angle()
-        if landing_point is not None:
-            goal, angle = landing_point, 0.0  # Level the platform immediately.
+        goal, angle = landing_point or self._next_goal(previous), self._next_angle()
         if goal is not None:
-            self._goal = goal
             self.robot.record_goal(now, goal)
         if angle is not None:
             self._tilt_angle = angle
@@ -236,15 +228,17 @@ class Catcher:
                 *platform.coordinates_of(brick.position)),
             still_for=brick.still_for,
             is_robot_idle=robot is not None and robot.is_at_rest and robot.is_level,
-            is_at_center=self._has_arrived_at(CENTER),
-            is_level_commanded=self._tilt_angle == 0.0)
+            is_at_center=(robot is not None and robot.is_at_rest
+                          and robot.distance_to(CENTER) <= GOAL_TOLERANCE),
+            is_level=self._is_level)
 
     def _elapsed(self, time: int) -> float:
         return (self._now - time) * SECONDS_PER_NS
 
-    def _has_arrived_at(self, goal: tuple[float, float]) -> bool:
-        robot = self.robot.state
-        return robot is not None and robot.is_at_rest and robot.distance_to(goal) <= GOAL_TOLERANCE
+    @property
+    def _is_level(self) -> bool:
+        platform = self.robot.platform
+        return self._tilt_angle == 0.0 and (platform is None or platform.is_level)
 
     def _next_goal(self, previous: State) -> tuple[float, float] | None:
         robot, state = self.robot.state, self.state
@@ -254,12 +248,16 @@ class Catcher:
             return CENTER
         if state is State.LEVELING and previous in DRIVING_STATES:
             return nearest_in_arena(robot.x, robot.y)
-        if state in DRIVING_STATES and robot.is_at_rest and not self._has_arrived_at(self._goal):
-            return self._goal  # The goal message was lost, or another node has published a goal.
+        if state in DRIVING_STATES and robot.is_off_course:
+            return self.robot.goal  # The goal was lost, or another node has published a goal.
         return None
 
     def _next_angle(self) -> float | None:
-        target = self.parameters.tilt_angle if self.state is State.TILTING else 0.0
-        if self._tilt_angle == target:
+        time = self._elapsed(self._state_start)
+        if self.state is State.TILTING:
+            angle = ramp(self._ramp_start, self.parameters.tilt_angle, time)
+            return None if angle == self._tilt_angle else angle
+        # Other nodes may tilt the platform while the catcher waits, but not during a catch.
+        if self.state is State.WAITING or self._is_level:
             return None
-        return ramp(self._ramp_start, target, self._elapsed(self._state_start))
+        return 0.0 if self.state is State.APPROACHING else ramp(self._ramp_start, 0.0, time)

@@ -27,9 +27,9 @@ from hypothesis import strategies as st
 from laws import law, NS_PER_SECOND, PARAMETERS, seconds
 import pytest
 from turtle_brick.core.brick_tracking import Fall
-from turtle_brick.core.catch_logic import CENTER, GOAL_TOLERANCE, State
+from turtle_brick.core.catch_logic import CENTER, State
 from turtle_brick.core.reachability import decide_reachability, drive_time, resting_height
-from turtle_brick.core.robot_tracking import RobotState
+from turtle_brick.core.robot_tracking import GOAL_TOLERANCE, RobotState
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick.physics import Phase
 from turtle_brick_tools.simulation import (Delays, DETECTION_TIME, fall_time, guaranteed_distance,
