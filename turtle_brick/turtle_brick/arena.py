@@ -142,7 +142,7 @@ class Arena(Node):
             response.success = True
             response.message = 'the brick hovers at ({:g}, {:g}, {:g})'.format(*location)
             if nearest_in_arena(*location[:2]) != location[:2]:
-                response.message += ', outside the arena, where the robot cannot catch it'
+                response.message += ', outside the arena'
         return response
 
     def on_drop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

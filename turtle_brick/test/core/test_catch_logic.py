@@ -30,7 +30,7 @@ from turtle_brick.core.catch_logic import (Catcher, CENTER, LYING_TIME, Observat
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.robot_tracking import GOAL_TOLERANCE
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.core.turtlesim_arena import nearest_in_arena
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 
 
@@ -208,6 +208,16 @@ def test_platform_is_tilted_and_leveled_smoothly():
     assert 0.0 < angles[0] < 0.01 * PARAMETERS.tilt_angle
     steepest = 1.001 * PARAMETERS.tilt_angle * pi / 2.0 / RAMP_TIME * 0.02
     assert all(abs(after - before) <= steepest for before, after in pairwise(angles))
+
+
+@pytest.mark.parametrize('start', [CENTER, (ARENA_SIZE, 5.0)])
+def test_brick_beside_the_wall_is_caught(start):
+    bench = CatchBench()
+    bench.robot = bench.goal = start
+    bench.run(0.3)
+    bench.drop(ARENA_SIZE + 0.3, 5.0, 25.0)
+    bench.assert_tipped_off()
+    assert bench.goals[0] == (ARENA_SIZE, 5.0)
 
 
 def test_unreachable_brick_causes_one_decision_and_no_motion():

@@ -23,12 +23,12 @@ from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
 from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.driving import braking_loss, BRAKING_TIME
-from turtle_brick.core.reachability import (decide_reachability, drive_time, resting_height,
-                                            time_needed)
+from turtle_brick.core.reachability import decide_reachability, resting_height, time_needed
 from turtle_brick.core.robot_tracking import RobotState
-from turtle_brick.core.turtlesim_arena import ARENA_SIZE
+from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
 
 LATENCY = PARAMETERS.command_latency
+RADIUS = PARAMETERS.platform_radius
 
 
 def decide(x, y, z, robot=RobotState(5.0, 5.0), speed=0.0, delay=0.0):
@@ -57,11 +57,22 @@ def test_time_needed_by_a_robot():
 @pytest.mark.parametrize(('x', 'y', 'z', 'speed', 'reason'), [
     (5.0, 5.0, REST_Z, 0.0, ''), (5.0, 5.0, REST_Z - 0.01, 0.0, 'below its resting height'),
     (5.0, 5.0, REST_Z - 0.01, 3.0, 'already passed'),
-    (0.0, 5.0, 9.0, 0.0, ''), (-0.01, 5.0, 9.0, 0.0, 'outside the arena'),
-    (5.0, ARENA_SIZE, 9.0, 0.0, ''), (5.0, ARENA_SIZE + 0.01, 9.0, 0.0, 'outside the arena')])
-def test_brick_below_the_platform_or_outside_the_arena_is_unreachable(x, y, z, speed, reason):
-    decision = decide(x, y, z, RobotState(x, y), speed=speed)
+    (0.0, 5.0, 9.0, 0.0, ''), (-RADIUS + 0.01, 5.0, 9.0, 0.0, ''),
+    (-RADIUS - 0.01, 5.0, 9.0, 0.0, 'point (-0.51, 5) is outside the arena'),
+    (5.0, ARENA_SIZE + RADIUS - 0.01, 9.0, 0.0, ''),
+    (5.0, ARENA_SIZE + RADIUS + 0.01, 9.0, 0.0, 'outside the arena')])
+def test_brick_below_the_platform_or_outside_its_reach_is_unreachable(x, y, z, speed, reason):
+    decision = decide(x, y, z, RobotState(*nearest_in_arena(x, y)), speed=speed)
     assert decision.reachable == (reason == '') and reason in decision.reason
+
+
+def test_robot_drives_to_the_point_in_the_arena_that_is_nearest_to_the_brick():
+    """The platform, beside the wall, must come closer to a brick outside the arena."""
+    drive = (5.0 - (RADIUS - 0.3)) / 3.0
+    needed = time_needed((-0.3, 5.0), RobotState(5.0, 5.0), PARAMETERS)
+    assert needed == pytest.approx(LATENCY + drive, abs=1e-3)
+    assert time_needed((-0.3, 5.0), RobotState(0.0, 5.0), PARAMETERS) == 0.0
+    assert time_needed((-0.3, -0.4), RobotState(0.01, 0.01), PARAMETERS) == inf
 
 
 def test_fall_that_is_detected_after_the_landing_is_unreachable():
@@ -116,4 +127,5 @@ def test_braking_loss_is_the_time_that_the_exponential_approach_adds():
     assert braking_loss(e * radius, 3.0) == 0.0
     assert braking_loss(radius, 3.0) == pytest.approx(BRAKING_TIME / e)
     parameters = replace(PARAMETERS, platform_radius=radius, max_velocity=3.0)
-    assert drive_time(radius + 3.0, parameters) == pytest.approx(LATENCY + 1.0 + BRAKING_TIME / e)
+    needed = time_needed((radius + 3.0, 5.0), RobotState(0.0, 5.0), parameters)
+    assert needed == pytest.approx(LATENCY + 1.0 + BRAKING_TIME / e)

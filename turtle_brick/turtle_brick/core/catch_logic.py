@@ -195,13 +195,13 @@ class Catcher:
             self._reset(now)
             return Commands(tilt_angle=0.0)
         self._now = now
-        landing_point = self._decide()
+        catch_goal = self._decide()
         previous = self.state
-        self.state = transition(previous, self._observation(landing_point is not None))
-        if landing_point is not None or self.state is not previous:
+        self.state = transition(previous, self._observation(catch_goal is not None))
+        if catch_goal is not None or self.state is not previous:
             self._state_start, self._ramp_start = now, self._tilt_angle
 
-        goal, angle = landing_point or self._next_goal(previous), self._next_angle()
+        goal, angle = catch_goal or self._next_goal(previous), self._next_angle()
         if goal is not None:
             self.robot.record_goal(now, goal)
         if angle is not None:
@@ -210,12 +210,12 @@ class Catcher:
         return Commands(goal, angle)
 
     def _decide(self) -> tuple[float, float] | None:
-        """Decide on a new fall, and return its landing point (m) if the brick is reachable."""
+        """Decide on a new fall, and return the robot's goal (m) if the brick is reachable."""
         fall = self.undecided_fall
         if fall is None:
             return None
         self.decision = decide_reachability(fall, self._now, self.robot.state, self.parameters)
-        return fall.position[:2] if self.decision.reachable else None
+        return nearest_in_arena(*fall.position[:2]) if self.decision.reachable else None
 
     def _observation(self, has_reachable_fall: bool) -> Observation:
         brick, robot, platform = self.brick, self.robot.state, self.robot.platform

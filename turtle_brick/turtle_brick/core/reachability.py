@@ -15,30 +15,31 @@
 """
 Decide whether the robot can be under a falling brick in time.
 
-A brick is reachable if it lands inside the arena and the robot arrives before the brick lands:
+The robot drives to the goal, which is the point inside the arena that is nearest to the brick. The
+brick is reachable if it lands within platform_radius of the goal, and the robot is there in time:
 
-    time needed = command_latency + (distance - platform_radius) / max_velocity + braking loss
+    time needed = command_latency + (distance - reach) / max_velocity + braking loss
 
 - The brick falls straight down without drag, and lands when its bottom reaches the top of the
   level platform. If the fall is detected only after that time, the brick is unreachable.
 - A brick lands on the platform if its center is within platform_radius of the platform axis. The
-  driving distance is therefore the distance to the brick minus platform_radius, but at least 0.
-- Braking costs extra time (braking loss) only if the braking distance exceeds platform_radius.
+  platform is therefore under the brick if its distance to the goal is at most the reach, which is
+  platform_radius minus the distance from the goal to the brick (0 m for a brick in the arena).
+- Braking costs extra time (braking loss) only if the braking distance exceeds the reach.
 - A robot that moves, or has just received a goal, at worst drives away at full speed first. Its
-  distance to the brick is therefore increased by max_velocity * command_latency.
+  distance to the goal is therefore increased by max_velocity * command_latency.
 - A robot at rest whose level platform is already under the brick needs no time.
 
 All timestamps (ns) come from the same clock.
 """
 
-from math import inf, isnan
+from math import dist, inf, isnan
 from typing import NamedTuple
 
 from turtle_brick.core.brick_tracking import Fall
-from turtle_brick.core.driving import braking_loss
+from turtle_brick.core.driving import braking_loss, START_DISTANCE
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.robot_tracking import RobotState
-from turtle_brick.core.tilting_platform import PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_arena import nearest_in_arena
 
@@ -71,35 +72,21 @@ def resting_height(parameters: Parameters) -> float:
     return parameters.platform_height + parameters.brick_size[2] / 2.0
 
 
-def drive_time(distance: float, parameters: Parameters) -> float:
-    """
-    Return the time (s) from a decision until the platform is under a brick.
-
-    If all nodes run on one machine, the command latency is at most 0.11 s. Transporting three
-    messages (goal, pose and transform) takes 1.2 ms. The waits for turtle_robot's next cycle and
-    next transform take up to 10 ms each. A command takes 0.4 ms to reach turtlesim, waits up to
-    60 ms to become the oldest command in the queue, and waits up to 16 ms for the next tick. The
-    remaining 12.4 ms cover one physics step of the arena and operating system delays. Leveling
-    the platform takes less than 0.11 s.
-
-    :param distance: horizontal distance (m) from the platform axis to the brick
-    """
-    shape = PlatformShape(parameters.platform_radius)
-    drive = shape.distance_to(distance) / parameters.max_velocity
-    if drive > 0.0:
-        drive += braking_loss(shape.reach, parameters.max_velocity)
-    return parameters.command_latency + drive
-
-
 def time_needed(point: tuple[float, ...], robot: RobotState, parameters: Parameters) -> float:
     """Return the maximum time (s) from a decision until the level platform is under a point."""
-    distance = robot.distance_to(point)
-    if not robot.is_at_rest:
-        return drive_time(distance + parameters.max_velocity * parameters.command_latency,
-                          parameters)
-    if robot.is_level and PlatformShape(parameters.platform_radius).distance_to(distance) == 0.0:
+    radius, speed = parameters.platform_radius, parameters.max_velocity
+    if robot.is_at_rest and robot.is_level and robot.distance_to(point) <= radius:
         return 0.0
-    return drive_time(distance, parameters)
+    goal = nearest_in_arena(*point[:2])
+    reach = radius - dist(goal, point[:2])
+    if reach < START_DISTANCE:
+        return inf  # The robot stops within START_DISTANCE of its goal.
+    distance = robot.distance_to(goal)
+    if not robot.is_at_rest:
+        distance += speed * parameters.command_latency
+    if distance <= reach:
+        return parameters.command_latency
+    return parameters.command_latency + (distance - reach) / speed + braking_loss(reach, speed)
 
 
 def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
@@ -119,6 +106,8 @@ def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
     reason = _landing_problem(fall, time, available, parameters)
     if not reason and robot is None:
         reason = 'no robot is available'
+    elif not reason and needed == inf:
+        reason = 'the landing point ({:.4g}, {:.4g}) is outside the arena'.format(*fall.position)
     elif not reason and needed > available:
         reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick lands '
                   f'in {available:.3f} s, {needed - available:.3f} s too early')
@@ -126,12 +115,10 @@ def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
 
 
 def _landing_problem(fall: Fall, time: float, available: float, parameters: Parameters) -> str:
-    x, y, z = fall.position
+    z = fall.position[2]
     if isnan(time):
         return (f'the brick, at {z:.4g} m, falls from below its resting height on the '
                 f'platform, {resting_height(parameters):.4g} m')
-    if nearest_in_arena(x, y) != (x, y):
-        return f'the landing point ({x:.4g}, {y:.4g}) is outside the arena'
     if time < 0.0:
         return f'the brick, at {z:.4g} m, has already passed the platform'
     if available < 0.0:

@@ -12,11 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""
-Pose and shape of the platform that carries the brick. The axes follow REP 103.
-
-`PlatformShape` alone knows that the platform is round.
-"""
+"""Pose and shape of the platform that carries the brick. The axes follow REP 103."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -38,14 +34,6 @@ class PlatformShape:
     def contains(self, x: float, y: float) -> bool:
         """Return whether a brick with its center at x, y is on the platform."""
         return hypot(x, y) <= self.reach
-
-    def distance_to(self, distance: float) -> float:
-        """
-        Return how far (m) the platform must drive toward a point to be under it.
-
-        :param distance: horizontal distance (m) from the center of the platform to the point
-        """
-        return max(distance - self.reach, 0.0)
 
     def is_clear_of(self, x: float, y: float, yaw: float, length: float, width: float) -> bool:
         """Return whether a brick at x, y with a given yaw (rad) and size (m) has slid off."""

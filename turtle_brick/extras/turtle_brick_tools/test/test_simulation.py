@@ -28,7 +28,7 @@ from laws import law, NS_PER_SECOND, PARAMETERS, seconds
 import pytest
 from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.catch_logic import CENTER, State
-from turtle_brick.core.reachability import decide_reachability, drive_time, resting_height
+from turtle_brick.core.reachability import decide_reachability, resting_height, time_needed
 from turtle_brick.core.robot_tracking import GOAL_TOLERANCE, RobotState
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
 from turtle_brick.physics import Phase
@@ -147,7 +147,7 @@ def test_command_latency_is_neither_too_short_nor_too_long(delays):
         simulation.world.release()
         assert simulation.run(lambda: dist(simulation.world.platform.pose.position[:2], goal)
                               <= PARAMETERS.platform_radius, 5.0)
-        drive = drive_time(dist(start, goal), PARAMETERS) - PARAMETERS.command_latency
+        drive = time_needed(goal, RobotState(*start), PARAMETERS) - PARAMETERS.command_latency
         (decided, _), = simulation.decisions
         latencies.append((simulation.now - decided) * 1e-9 - drive)
     latency = PARAMETERS.command_latency
