@@ -23,9 +23,10 @@ Publishes at 100 Hz, even while the robot is at rest:
         launch files remap this topic to turtle1/cmd_vel, the command topic of turtlesim.
     odom (nav_msgs/Odometry): pose of base_link in the odom frame, and the latest command as the
         twist; published after the first turtle pose has arrived
-    joint_states (sensor_msgs/JointState): positions (rad) and velocities (rad/s) of these joints:
+    joint_states (sensor_msgs/JointState): positions (rad) of these joints:
         stem_joint: direction of the last nonzero velocity command
-        wheel_joint: angle of the wheel, which rolls without slipping
+        wheel_joint: angle of the wheel, which follows the distance traveled and not the commanded
+            speed, because a wheel that rolls without slipping stands still at a wall
         platform_joint: angle received on the tilt topic
 
 Broadcasts:
@@ -184,7 +185,6 @@ class TurtleRobot(Node):
         self.joints.header.stamp = stamp
         self.joints.position = [
             self.driver.stem_angle, self.odometer.wheel_angle, self.tilt_angle]
-        self.joints.velocity = [0.0, self.odometer.wheel_velocity, 0.0]
         self.joint_publisher.publish(self.joints)
 
         if self.odometer.pose is None:

@@ -74,7 +74,7 @@ def test_all_outputs_have_100_hz_at_rest_and_in_motion(live, turtlesim):
         assert live.listener.count_publishers(topic) == 1, topic
     assert len(odom.messages) <= 1
     assert list(joints.last.name) == ['stem_joint', 'wheel_joint', 'platform_joint']
-    assert joints.last.position[2] == -7.0
+    assert joints.last.position[2] == -7.0 and not joints.last.velocity
     transforms = {(transform.header.stamp.sec, transform.header.stamp.nanosec): transform
                   for transform in base_link.messages}
     for message in odometry.messages[10:90]:  # The first and last transforms may be missing.

@@ -42,8 +42,6 @@ class Odometer:
         """Pose of base_link in the odom frame."""
         self.wheel_angle = 0.0
         """Angle (rad) of the wheel, including full turns."""
-        self.wheel_velocity = 0.0
-        """Angular velocity (rad/s) of the wheel."""
         self._last: TurtlePose | None = None
         self._last_time = 0.0
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
@@ -60,14 +58,9 @@ class Odometer:
         self._last, self._last_time = pose, now
 
     def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        self.wheel_velocity = 0.0
-        dx, dy = pose.x - last.x, pose.y - last.y
-        path = hypot(dx, dy)
+        path = hypot(pose.x - last.x, pose.y - last.y)
         # The turtle teleported if its path is too long for the reported speeds and elapsed time.
         longest = max(TICK, now - self._last_time + 0.5 * TICK) * max(
             last.linear_velocity, pose.linear_velocity)
-        if not MIN_MOTION < path <= longest + MIN_MOTION:
-            return
-        self.wheel_angle += path / self.wheel_radius
-        # path / TICK is too high after a lost message, and linear_velocity is too high at a wall.
-        self.wheel_velocity = min(path / TICK, pose.linear_velocity) / self.wheel_radius
+        if MIN_MOTION < path <= longest + MIN_MOTION:
+            self.wheel_angle += path / self.wheel_radius

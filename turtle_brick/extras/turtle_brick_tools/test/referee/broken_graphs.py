@@ -158,10 +158,9 @@ def put(path: str, function: Callable[[Any], Any]) -> Change:
 
 
 def joint(number: int, factor: float, offset: float = 0.0) -> dict[str, Change]:
-    """Change the position and the velocity of a joint."""
+    """Change the position of a joint."""
     def change(message: Any) -> None:
         message.position[number] = message.position[number] * factor + offset
-        message.velocity[number] *= factor
     return {'publish joint_states': edit(change)}
 
 
