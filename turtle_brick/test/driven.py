@@ -97,7 +97,7 @@ class SteppedGraph:
         if transforms:
             self.send_transforms(transforms)
             self.arena.publish_changes()
-            self.arena.log_gap(self.now)
+            self.arena.log_gap()
         if updates:
             for catcher in self.catchers:
                 catcher.update(self.now)

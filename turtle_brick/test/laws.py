@@ -17,10 +17,18 @@ from hypothesis import settings
 from turtle_brick.core.parameters import load
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.time_steps import NS_PER_SECOND
+from turtle_brick.physics import STEP_NS, World
 
 PARAMETERS = load()
 GRAVITY = PARAMETERS.gravity_accel
 REST_Z = resting_height(PARAMETERS)
+
+
+def make_world() -> World:
+    """Return a world with the configured brick and platform."""
+    world = World(PARAMETERS.brick_start, GRAVITY, PARAMETERS.platform_radius, STEP_NS * 1e-9)
+    world.size, world.thickness = PARAMETERS.brick_size, PARAMETERS.platform_thickness
+    return world
 
 
 def law(examples: int) -> settings:

@@ -44,7 +44,6 @@ Parameters, read-only (the arena declares all parameters in config/turtle.yaml a
     wall_height (float, m): height of the walls
 """
 
-from time import monotonic_ns
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -54,6 +53,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_ros import Buffer, TransformBroadcaster
 from turtle_brick.core.geometry import Color, Pose, Vector
+from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
@@ -65,14 +65,12 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 LOOKAHEAD_NS = STEP_NS
-"""Time (ns) by which a riding brick is simulated ahead of the clock, so that its latest transform
-is never older than the latest transform of the platform."""
+"""Time (ns) by which a riding brick is simulated ahead of the clock. Viewers look up the latest
+time common to all transforms from world to the brick, as `latest_world_to` in ros/tf.py does. With
+the lookahead, the platform's transforms determine this time, and the brick never lags behind."""
 
 GAP_WARNING_PERIOD = 60.0
 """Minimum time (s) between two warnings about physics steps that were not executed."""
-
-CLOCK_TOLERANCE_NS = 100_000_000
-"""Maximum change (ns) of the clock relative to a monotonic clock unless the clock was set."""
 
 MARKER_PERIOD = 1.0
 """Interval (s) for republishing the brick marker, which rviz2 ignores in an unknown frame."""
@@ -98,14 +96,12 @@ class Arena(Node):
         super().__init__('arena', **node_options)
         parameters = declare_parameters(self)
 
-        self.world = World.from_parameters(parameters)
+        self.world = make_world(parameters)
         self.phase = self.world.phase
         """Phase last published on `brick_state`."""
         self.step_clock = StepClock(STEP_NS)
-        self.clock_offset = 0
-        """Offset (ns) between the clock and a monotonic clock at the latest step."""
-        self.holds_released_brick = False
-        """Whether the next steps keep the brick still so that `drop` responds first."""
+        self.holds_brick_for_one_batch = False
+        """Whether the next batch of steps keeps the brick still so that `drop` responds first."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -155,7 +151,7 @@ class Arena(Node):
         else:
             response.success = True
             response.message = 'the brick falls from ({:g}, {:g}, {:g})'.format(*self.world.brick)
-            self.holds_released_brick = True
+            self.holds_brick_for_one_batch = True
         return response
 
     def on_timer(self) -> None:
@@ -167,11 +163,13 @@ class Arena(Node):
         if transforms:
             self.tf_broadcaster.sendTransform(transforms)
             self.publish_changes()
-            self.log_gap(now)
+            self.log_gap()
 
     def advance(self, now: int, start: int) -> list[TransformStamped]:
         """
         Execute all physics steps due by `now` (ns), and return a brick transform for each step.
+
+        A brick can land on a platform whose transforms stopped arriving up to MAX_AGE_NS ago.
 
         :param start: time (ns) of the first step, used only when the step clock (re)starts
         """
@@ -180,11 +178,11 @@ class Arena(Node):
         for time in self.step_clock.due(now + ahead, start):
             found = recent_transform(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose_of(found.transform)) if found else None
-            if not self.holds_released_brick:
+            if not self.holds_brick_for_one_batch:
                 self.world.step()
             transforms.append(self.brick_transform(time))
         if transforms:
-            self.holds_released_brick = False
+            self.holds_brick_for_one_batch = False
         return transforms
 
     def brick_transform(self, time: int) -> TransformStamped:
@@ -204,19 +202,14 @@ class Arena(Node):
             self.publish_marker()
             self.publish_state()
 
-    def log_gap(self, now: int) -> None:
-        """Log whether the clock or an overloaded machine caused a gap in the physics steps."""
-        last_offset, self.clock_offset = self.clock_offset, now - monotonic_ns()
-        if not self.step_clock.jump:
-            return
-        change, gap = self.clock_offset - last_offset, self.step_clock.jump * SECONDS_PER_NS
-        reason = (
-            f'The clock was set by {change * SECONDS_PER_NS:+.3g} s.'
-            if abs(change) > CLOCK_TOLERANCE_NS else
-            f'The machine is overloaded or this node was stopped, because the last physics step '
-            f'was {gap:.3g} s ago.')
-        self.get_logger().warning(f'{reason} The simulation continues from the current time.',
-                                  throttle_duration_sec=GAP_WARNING_PERIOD)
+    def log_gap(self) -> None:
+        """Log a gap in the physics steps."""
+        if self.step_clock.jump:
+            self.get_logger().warning(
+                f'The clock advanced by {self.step_clock.jump * SECONDS_PER_NS:.3g} s since the '
+                'last physics step, because it was set or the machine is overloaded. The '
+                'simulation continues from the current time.',
+                throttle_duration_sec=GAP_WARNING_PERIOD)
 
     def publish_marker(self) -> None:
         """Publish the marker of the brick."""
@@ -229,6 +222,14 @@ class Arena(Node):
     def publish_state(self) -> None:
         """Publish the state of the brick."""
         self.state_publisher.publish(String(data=self.phase.value))
+
+
+def make_world(parameters: Parameters) -> World:
+    """Return a world with the configured brick and platform, and a timestep of STEP_NS."""
+    world = World(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
+                  STEP_NS * SECONDS_PER_NS)
+    world.size, world.thickness = parameters.brick_size, parameters.platform_thickness
+    return world
 
 
 def brick_marker(phase: Phase, size: Vector) -> Marker:

@@ -38,9 +38,7 @@ from math import isfinite
 
 from turtle_brick.core.geometry import (from_yaw, MAX_COORDINATE, multiply, Pose, Pose2D,
                                         Quaternion, Vector)
-from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.tilting_platform import Platform, PlatformShape
-from turtle_brick.core.time_steps import SECONDS_PER_NS
 
 STEP_NS = 4_000_000
 """Duration (ns) of one physics step in the arena. The step rate is 250 Hz."""
@@ -110,15 +108,6 @@ class World:
         """Velocity (x and y in m/s) of a riding brick in the platform frame."""
         self.brick = brick
 
-    @classmethod
-    def from_parameters(cls, parameters: Parameters) -> 'World':
-        """Create a world with the configured brick and platform, and a timestep of STEP_NS."""
-        world = cls(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
-                    STEP_NS * SECONDS_PER_NS)
-        world.size = parameters.brick_size
-        world.thickness = parameters.platform_thickness
-        return world
-
     @property
     def brick(self):
         """
@@ -154,8 +143,18 @@ class World:
         """Update the brick's location by having it fall in gravity for one timestep."""
         if self.phase in (Phase.HOVERING, Phase.FLOATING):
             self.release()
-        if self.phase is Phase.FALLING:
-            self._fall()
+        if self.phase is not Phase.FALLING:
+            return
+        x, y, previous_z = self._brick
+        self._steps_fallen += 1
+        time = self._steps_fallen * self._dt
+        z = self._release_height - 0.5 * self._gravity * time * time
+        if self._platform is not None and self._land(self._platform, previous_z, z):
+            return
+        if z <= self._half_height:
+            z = self._half_height
+            self.phase = Phase.GROUNDED
+        self._brick = (x, y, z)
 
     @property
     def platform(self) -> Platform | None:
@@ -212,18 +211,6 @@ class World:
     def _half_height(self) -> float:
         return self.size[2] / 2.0
 
-    def _fall(self) -> None:
-        x, y, previous_z = self._brick
-        self._steps_fallen += 1
-        time = self._steps_fallen * self._dt
-        z = self._release_height - 0.5 * self._gravity * time * time
-        if self._platform is not None and self._land(self._platform, previous_z, z):
-            return
-        if z <= self._half_height:
-            z = self._half_height
-            self.phase = Phase.GROUNDED
-        self._brick = (x, y, z)
-
     def _land(self, platform: Platform, previous_z: float, z: float) -> bool:
         """Land the brick if it reaches the platform's top, and return whether it has landed."""
         top_z = platform.pose.transform((0.0, 0.0, self.thickness))[2]
@@ -251,6 +238,7 @@ class World:
                              y + velocity_y * dt + 0.5 * gravity_y * dt * dt, yaw)
         self._slide_velocity = (velocity_x + gravity_x * dt, velocity_y + gravity_y * dt)
         self._follow(platform)
+        # A point brick that has landed exactly on the rim may count as clear by a rounding error.
         has_slid_off = self._place != before and self._shape.is_clear_of(
             *self._place, *self.size[:2])
         if has_slid_off or normal[2] <= MIN_NORMAL_Z:

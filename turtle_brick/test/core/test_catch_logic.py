@@ -22,7 +22,7 @@ import re
 
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import GRAVITY, law, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
+from laws import GRAVITY, law, make_world, NS_PER_SECOND, PARAMETERS, REST_Z, seconds
 import pytest
 from turtle_brick.core.catch_logic import (Catcher, CENTER, LYING_TIME, Observation,
                                            RAMP_TIME, SETTLING_TIME, State, TILTING_TIMEOUT,
@@ -31,7 +31,7 @@ from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.robot_tracking import GOAL_TOLERANCE
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
-from turtle_brick.physics import Phase, STEP_NS, World
+from turtle_brick.physics import Phase, STEP_NS
 
 
 ROBOT_LOST = {'is_beside_platform': True}
@@ -87,7 +87,7 @@ class CatchBench:
     def __init__(self, parameters=PARAMETERS):
         self.parameters = parameters
         self.catcher = Catcher(parameters)
-        self.world = World.from_parameters(parameters)
+        self.world = make_world()
         self.robot = self.goal = CENTER
         self.angle = 0.0
         self.visible = True
@@ -398,7 +398,7 @@ def test_goals_are_inside_the_arena(angle, time, speed):
 @given(data=st.data(), height=st.floats(REST_Z + 0.5, 9.0), platform_x=st.sampled_from((5.0, 9.0)))
 def test_one_decision_per_fall_whatever_the_order_of_the_positions(data, height, platform_x):
     """Positions are lost, repeated, wrong and delayed, so that some arrive after the landing."""
-    world, now, arrivals, falls = World.from_parameters(PARAMETERS), seconds(200.0), [], {}
+    world, now, arrivals, falls = make_world(), seconds(200.0), [], {}
     delays = data.draw(st.lists(st.sampled_from((0.0, 0.0, 0.0, 0.004, 0.05, 2.0)), min_size=1))
     copies = data.draw(st.lists(st.sampled_from((1, 1, 1, 0, 2)), min_size=1, max_size=9))
     wrong = data.draw(st.sets(st.integers(2, 200), max_size=4))

@@ -18,7 +18,6 @@ from math import inf, nan, pi
 
 import pytest
 from turtle_brick.core.geometry import from_pitch, IDENTITY, Pose
-from turtle_brick.core.parameters import load
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.physics import Phase, World
 
@@ -78,17 +77,6 @@ def test_definition_of_the_assignment(member, signature, docstring):
     assert inspect.getdoc(World).startswith('Keep track of the physics of the world.\n')
     assert str(inspect.signature(member)) == signature
     assert ' '.join(member.__doc__.split()).rstrip('.') == docstring
-
-
-def test_from_parameters():
-    parameters = load()
-    world = World.from_parameters(parameters)
-    assert world.brick == parameters.brick_start
-    assert world.size == parameters.brick_size
-    assert world.thickness == parameters.platform_thickness
-    world.drop()
-    fallen = parameters.brick_start[2] - world.brick[2]
-    assert fallen == pytest.approx(parameters.gravity_accel / 2 / 250 ** 2)
 
 
 @pytest.mark.parametrize('location, reason', [

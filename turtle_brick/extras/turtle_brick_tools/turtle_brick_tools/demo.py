@@ -43,10 +43,9 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import load, Parameters
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, nearest_in_arena
-from turtle_brick.physics import World
 from turtle_brick_tools import positive_int
 from turtle_brick_tools.graph import Graph
-from turtle_brick_tools.simulation import guaranteed_distance, guaranteed_distance_to
+from turtle_brick_tools.simulation import guaranteed_distance, guaranteed_distance_to, make_world
 from turtle_graph.client.children import end_with_parent
 from turtle_graph.client.client import GraphClient
 from turtle_graph.client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
@@ -331,7 +330,7 @@ def main(args: Sequence[str] | None = None) -> int:
     handle_interrupts()
     try:
         parameters = load()
-        world = World.from_parameters(parameters)
+        world = make_world(parameters)
         for position in options.place:
             world.brick = position  # The setter checks the position.
         if options.namespace:

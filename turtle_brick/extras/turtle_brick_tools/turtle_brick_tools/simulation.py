@@ -96,7 +96,7 @@ class Simulation:
         self.parameters = parameters
         self.random = Random(seed)
         self.delays = delays
-        self.world = World.from_parameters(parameters)
+        self.world = make_world(parameters)
         self.driver = Driver(parameters.max_velocity)
         self.turtle = Turtle(*start, holonomic=True)
         self.catcher = Catcher(parameters)
@@ -247,6 +247,14 @@ class Simulation:
         if deviation:
             time += round(self.random.gauss(0.0, deviation) / SECONDS_PER_NS)
         return max(time, self.now + 1)
+
+
+def make_world(parameters: Parameters) -> World:
+    """Return the same world as the arena node, which cannot be imported without ROS."""
+    world = World(parameters.brick_start, parameters.gravity_accel, parameters.platform_radius,
+                  STEP_NS * SECONDS_PER_NS)
+    world.size, world.thickness = parameters.brick_size, parameters.platform_thickness
+    return world
 
 
 def platform_at(x: float, y: float, yaw: float, angle: float, parameters: Parameters) -> Platform:

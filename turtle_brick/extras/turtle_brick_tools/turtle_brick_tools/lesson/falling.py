@@ -28,7 +28,7 @@ from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick_tools.plots import CAUGHT, FAINT, INK, MISSED, new_figure, REFUSED
-from turtle_brick_tools.simulation import fall_time, platform_at
+from turtle_brick_tools.simulation import fall_time, make_world, platform_at
 
 DT = STEP_NS * SECONDS_PER_NS
 """Duration (s) of a physics step."""
@@ -36,7 +36,7 @@ DT = STEP_NS * SECONDS_PER_NS
 
 def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
     """Return the brick heights (m) before and after each step of a fall onto a level platform."""
-    world = world or World.from_parameters(parameters)
+    world = world or make_world(parameters)
     x, y, _ = world.brick
     world.platform = platform_at(x, y, 0.0, 0.0, parameters)
     heights = [world.brick[2]]
@@ -48,7 +48,7 @@ def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
 
 def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
     """Return the brick positions and sliding distances (m) after each step of a slide."""
-    world = World.from_parameters(parameters)
+    world = make_world(parameters)
     world.brick = (0.0, 0.0, resting_height(parameters) + DT ** 2)
     fall(parameters, world)
     world.platform = tilted = platform_at(0.0, 0.0, 0.0, parameters.tilt_angle, parameters)
