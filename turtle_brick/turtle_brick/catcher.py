@@ -54,8 +54,8 @@ from turtle_brick.core.geometry import Color
 from turtle_brick.core.reachability import Decision
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.ros.node_main import declare_parameters, run_node
-from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest_transform,
-                                 nanoseconds_of, PLATFORM, pose_of, recent_transform, WORLD)
+from turtle_brick.ros.tf import (BRICK, GuardedListener, LATCHED, latest_world_to,
+                                 nanoseconds_of, PLATFORM, pose_of, recent_world_to, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
 
@@ -103,7 +103,7 @@ class CatcherNode(Node):
         position = pose_of(transform.transform).position
         parent = transform.header.frame_id
         if parent != WORLD:
-            world_to_parent = latest_transform(self.tf_buffer, parent)
+            world_to_parent = latest_world_to(self.tf_buffer, parent)
             if world_to_parent is None:
                 return
             position = pose_of(world_to_parent.transform).transform(position)
@@ -121,12 +121,11 @@ class CatcherNode(Node):
             self.publish_goal(*commands.goal, now)
         if commands.tilt_angle is not None:
             self.tilt_publisher.publish(Tilt(angle=commands.tilt_angle))
-        if catcher.state is not state:
-            self.publish_state()
         if catcher.decision is not None and catcher.decision is not decision:
             self.publish_decision(catcher.decision, now)
         if catcher.state is not state:
-            self.get_logger().info(f'The state is now {catcher.state.value}')
+            self.publish_state()
+            self.get_logger().info(f'The state is now {catcher.state.value}: {catcher.reason}')
         if catcher.robot.response.late_time:
             self.warn_of_late_robot(catcher.robot.response.late_time)
         if not self.is_complete:
@@ -134,7 +133,7 @@ class CatcherNode(Node):
 
     def observe_robot(self, now: int) -> None:
         """Record the latest transform of the platform, or None if the robot is unavailable."""
-        transform = recent_transform(self.tf_buffer, PLATFORM, now)
+        transform = recent_world_to(self.tf_buffer, PLATFORM, now)
         if transform is None or not self.has_subscribers():
             self.catcher.robot.observe(now, None)
         else:
@@ -190,7 +189,7 @@ class CatcherNode(Node):
     def log_missing(self) -> None:
         """Log the missing transforms and subscribers once, and report when all have been found."""
         missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
-                   if latest_transform(self.tf_buffer, frame) is None]
+                   if latest_world_to(self.tf_buffer, frame) is None]
         if not self.has_subscribers():
             missing.append('a subscriber to goal_pose and tilt')
         if missing:

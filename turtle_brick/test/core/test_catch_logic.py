@@ -71,7 +71,11 @@ TABLE = [
 
 @pytest.mark.parametrize(('state', 'observed', 'expected'), TABLE)
 def test_transition_table(state, observed, expected):
-    assert transition(state, Observation(**observed)) is expected
+    after, reason = transition(state, Observation(**observed))
+    assert after is expected
+    arrow = f'{state.name:<11} --> {after.name:<11} {reason}\n'
+    assert reason in ('', 'a reachable brick falls') or arrow in transition.__doc__
+    assert (reason == '') == (after is state and not observed.get('has_reachable_fall'))
 
 
 def test_transition_table_contains_every_arrow():

@@ -91,9 +91,9 @@ class Observation(NamedTuple):
     """Whether the last tilt command was 0 rad, and the platform is level or unavailable."""
 
 
-def transition(state: State, observation: Observation) -> State:
+def transition(state: State, observation: Observation) -> tuple[State, str]:
     """
-    Return the next state of the catcher, which may be the current state.
+    Return the next state of the catcher and the reason, or the current state and no reason.
 
     If a reachable brick starts to fall, the next state is always APPROACHING. Otherwise:
 
@@ -101,7 +101,8 @@ def transition(state: State, observation: Observation) -> State:
         APPROACHING --> LEVELING    the brick no longer falls toward the platform
         CARRYING    --> LEVELING    the brick has left the platform, or the robot is unavailable
         CARRYING    --> TILTING     the robot has arrived at the center
-        TILTING     --> LEVELING    the brick rests beside the platform, or TILTING has timed out
+        TILTING     --> LEVELING    the brick rests beside the platform
+        TILTING     --> LEVELING    the brick has not left the platform in time
         LEVELING    --> WAITING     the platform is level
         WAITING     --> CARRYING    a brick lies on the level platform of a robot at rest
 
@@ -109,23 +110,29 @@ def transition(state: State, observation: Observation) -> State:
     """
     o = observation
     if o.has_reachable_fall:
-        return State.APPROACHING
+        return State.APPROACHING, 'a reachable brick falls'
     if state is State.APPROACHING:
         if o.is_on_platform:
-            return State.CARRYING
-        return state if o.is_falling else State.LEVELING
-    if state is State.CARRYING:
+            return State.CARRYING, 'the brick is on the platform'
+        if not o.is_falling:
+            return State.LEVELING, 'the brick no longer falls toward the platform'
+    elif state is State.CARRYING:
         if not o.is_on_platform:
-            return State.LEVELING
-        return State.TILTING if o.is_at_center else state
-    if state is State.TILTING:
-        has_left = o.is_beside_platform and o.still_for >= SETTLING_TIME
-        return State.LEVELING if has_left or o.state_time > TILTING_TIMEOUT else state
-    if state is State.LEVELING:
-        return State.WAITING if o.is_level else state
+            return State.LEVELING, 'the brick has left the platform, or the robot is unavailable'
+        if o.is_at_center:
+            return State.TILTING, 'the robot has arrived at the center'
+    elif state is State.TILTING:
+        if o.is_beside_platform and o.still_for >= SETTLING_TIME:
+            return State.LEVELING, 'the brick rests beside the platform'
+        if o.state_time > TILTING_TIMEOUT:
+            return State.LEVELING, 'the brick has not left the platform in time'
+    elif state is State.LEVELING:
+        if o.is_level:
+            return State.WAITING, 'the platform is level'
     # A brick can lie on the platform at startup, or land there despite the decision "unreachable".
-    is_lying = o.is_on_platform and o.is_robot_idle and o.still_for >= LYING_TIME
-    return State.CARRYING if is_lying else state
+    elif o.is_on_platform and o.is_robot_idle and o.still_for >= LYING_TIME:
+        return State.CARRYING, 'a brick lies on the level platform of a robot at rest'
+    return state, ''
 
 
 class Commands(NamedTuple):
@@ -158,6 +165,8 @@ class Catcher:
 
     def _reset(self, now: int) -> None:
         self.state = State.WAITING
+        self.reason = 'the clock was set back'
+        """Reason for the last change of the state."""
         self.decision: Decision | None = None
         """Latest decision."""
         self.brick = BrickTracker(self.parameters.gravity_accel, resting_height(self.parameters))
@@ -197,8 +206,9 @@ class Catcher:
         self._now = now
         catch_goal = self._decide()
         previous = self.state
-        self.state = transition(previous, self._observation(catch_goal is not None))
-        if catch_goal is not None or self.state is not previous:
+        self.state, reason = transition(previous, self._observation(catch_goal is not None))
+        if reason:
+            self.reason = reason
             self._state_start, self._ramp_start = now, self._tilt_angle
 
         goal, angle = catch_goal or self._next_goal(previous), self._next_angle()
