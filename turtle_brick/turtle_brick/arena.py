@@ -60,7 +60,7 @@ from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.ros.node_main import declare_parameters, run_node
 from turtle_brick.ros.tf import (BRICK, due_time, GuardedListener, LATCHED, PLATFORM, pose_of,
-                                 recent_transform, transform_message, WORLD)
+                                 recent_world_to, transform_message, WORLD)
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -176,7 +176,7 @@ class Arena(Node):
         ahead = LOOKAHEAD_NS if self.world.phase is Phase.RIDING else 0
         transforms = []
         for time in self.step_clock.due(now + ahead, start):
-            found = recent_transform(self.tf_buffer, PLATFORM, time)
+            found = recent_world_to(self.tf_buffer, PLATFORM, time)
             self.world.platform = Platform(pose_of(found.transform)) if found else None
             if not self.holds_brick_for_one_batch:
                 self.world.step()

@@ -45,7 +45,7 @@ Parameters, read-only (turtle_robot declares all parameters in config/turtle.yam
 """
 
 from math import isfinite, pi
-from time import monotonic, monotonic_ns
+from time import monotonic
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Twist
@@ -171,14 +171,20 @@ class TurtleRobot(Node):
 
     def on_timer(self) -> None:
         """Execute all due command cycles."""
-        now = monotonic_ns()
-        for _ in self.cycles.due(now, due_time(self.timer, now)):
-            self.cycle()
+        now = monotonic()
+        time = round(now * NS_PER_SECOND)
+        for _ in self.cycles.due(time, due_time(self.timer, time)):
+            self.cycle(now)
 
-    def cycle(self) -> None:
-        """Publish the velocity command, the joint states and the odometry."""
+    def cycle(self, now: float) -> None:
+        """
+        Publish the velocity command, the joint states and the odometry.
+
+        :param now: monotonic time (s), by which turtlesim executes commands. All timestamps are
+            from the node's clock, which may be simulated.
+        """
         stamp = self.get_clock().now().to_msg()
-        velocity = self.driver.command(monotonic())
+        velocity = self.driver.command(now)
         self.twist.linear.x, self.twist.linear.y = velocity
         self.cmd_vel_publisher.publish(self.twist)
 

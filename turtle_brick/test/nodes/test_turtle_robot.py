@@ -16,6 +16,7 @@
 
 from itertools import cycle
 from math import cos, dist, inf, nan, sin
+from time import monotonic
 
 from driven import record_published
 from geometry_msgs.msg import PoseStamped, Twist
@@ -100,7 +101,7 @@ def test_odom_is_the_first_pose_including_its_heading(live, robot):
     assert (place.x, place.y, place.z) == pytest.approx((3.0, 4.0, 0.0))
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(from_yaw(1.0))
     odometry = record_published(robot.odom_publisher)
-    robot.cycle()
+    robot.cycle(monotonic())
     place, turn = odometry[-1].pose.pose.position, odometry[-1].pose.pose.orientation
     assert (place.x, place.y) == pytest.approx(
         (5.0 * cos(1.0) - 2.0 * sin(1.0), -5.0 * sin(1.0) - 2.0 * cos(1.0)))
@@ -154,7 +155,7 @@ def test_robot_stands_still_without_a_turtle(live):
     odometry = record_published(robot.odom_publisher)
     robot.on_goal(goal_at(1.0, 1.0))
     robot.on_goal(goal_at(1.0, 1.0, 'base_link'))
-    robot.cycle()
+    robot.cycle(monotonic())
     assert robot.driver.goal == (1.0, 1.0) and commands == [Twist()] and not odometry
 
 

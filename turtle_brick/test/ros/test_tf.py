@@ -27,9 +27,9 @@ from rclpy.time import Time
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_brick.core.geometry import MAX_COORDINATE, Pose
-from turtle_brick.ros.tf import (BUFFER_DURATION_NS, due_time, GuardedListener, latest_transform,
+from turtle_brick.ros.tf import (BUFFER_DURATION_NS, due_time, GuardedListener, latest_world_to,
                                  MAX_AGE_NS, MAX_AHEAD_NS, nanoseconds_of, pose_of,
-                                 recent_transform, transform_message)
+                                 recent_world_to, transform_message)
 
 NOW = 1_000_000_000_000
 LEVEL = (0.0, 0.0, 0.0, 1.0)
@@ -83,7 +83,7 @@ def test_frame_stays_static_or_moving(static):
     first, second = transform('world', 'odom'), transform('map', '/odom', position=(9.0, 9.0, 9.0))
     assert guarded.store(TFMessage(transforms=[first]), static, NOW) == [first]
     assert guarded.store(TFMessage(transforms=[second]), not static, NOW) == []
-    assert latest_transform(guarded.buffer, 'odom').transform == first.transform
+    assert latest_world_to(guarded.buffer, 'odom').transform == first.transform
     (sentence,), _ = logger.warning.call_args
     words = 'a static frame into a moving one' if static else 'a moving frame into a static one'
     assert words in sentence
@@ -113,33 +113,33 @@ def test_any_messages_leave_the_buffer_usable(messages):
         guarded.store(TFMessage(transforms=[message]), static, NOW)
     # The buffer still stores valid transforms after receiving messages with future timestamps.
     send_valid_transforms(-MAX_AHEAD_NS)
-    brick = latest_transform(guarded.buffer, 'brick')
+    brick = latest_world_to(guarded.buffer, 'brick')
     assert pose_of(brick.transform).position == pytest.approx((5.0, 10.0, 15.0))
 
 
 @pytest.mark.parametrize('age, known', [(MAX_AGE_NS, True), (MAX_AGE_NS + 1, False),
                                         (-MAX_AHEAD_NS, True), (-MAX_AHEAD_NS - 1, False)])
-def test_recent_transform_expires_and_is_deleted_when_the_clock_is_set_back(age, known):
+def test_recent_world_to_expires_and_is_deleted_when_the_clock_is_set_back(age, known):
     guarded, _ = listener()
-    assert recent_transform(guarded.buffer, 'brick', NOW) is None
+    assert recent_world_to(guarded.buffer, 'brick', NOW) is None
     guarded.store(TFMessage(transforms=[transform('world', 'brick')]), False, NOW)
-    assert (recent_transform(guarded.buffer, 'brick', NOW + age) is not None) is known
+    assert (recent_world_to(guarded.buffer, 'brick', NOW + age) is not None) is known
     guarded.store(TFMessage(), False, NOW - 1)
-    assert latest_transform(guarded.buffer, 'brick') is None
+    assert latest_world_to(guarded.buffer, 'brick') is None
 
 
 def test_callback_gets_each_transform_after_its_message_is_stored():
     received = []
     guarded, _ = listener(lambda message, now: received.append((
         message.transform.translation.x,
-        latest_transform(guarded.buffer, 'brick').transform.translation.x)))
+        latest_world_to(guarded.buffer, 'brick').transform.translation.x)))
     guarded.static_callback(TFMessage(transforms=[transform('brick', 'label')]))
     for burst in (0, 3):
         guarded.callback(TFMessage(transforms=[
             transform('world', 'brick', -number, (float(number), 0.0, 0.0))
             for number in range(burst, burst + 3)]))
     assert received == [(0, 2), (1, 2), (2, 2), (3, 5), (4, 5), (5, 5)]
-    assert latest_transform(guarded.buffer, 'label') is not None
+    assert latest_world_to(guarded.buffer, 'label') is not None
 
 
 @pytest.mark.parametrize('until, due', [(30, 930), (100, 1000), (130, 1000), (-250, 650)])

@@ -69,8 +69,8 @@ class FallDetector:
     Detect free fall in a sequence of positions.
 
     A fall is detected when three consecutive positions lie on a vertical line and the acceleration
-    computed from them matches gravity. At 250 positions per second, detection takes 8 ms. The fall
-    ends when a position deviates from the predicted course.
+    computed from them matches gravity. At 250 positions per second, detection takes at most 12 ms
+    from the release. The fall ends when a position deviates from the predicted course.
     """
 
     ACCELERATION_TOLERANCE = 0.1

@@ -158,7 +158,7 @@ def load(path: str | Path | None = None) -> Parameters:
 
 def read_values(path: str | Path) -> dict[Any, Any]:
     """Read the unchecked values in a parameter file, or raise ParameterError."""
-    import yaml  # The web page runs without PyYAML.
+    import yaml  # Nodes do not need PyYAML.
     try:
         text = Path(path).read_text(encoding='utf-8')
         _refuse_duplicate_keys(yaml.compose(text, yaml.SafeLoader))

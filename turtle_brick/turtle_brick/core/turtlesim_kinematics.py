@@ -14,8 +14,8 @@
 """
 Kinematics of turtlesim 1.8 without ROS. The results are bitwise identical to those of turtlesim.
 
-Simulations and turtlesim's stand-in use this module; the nodes use turtlesim itself. Every 16 ms,
-each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
+The tests, simulations and turtlesim's stand-in use this module; the nodes use turtlesim itself.
+Every 16 ms, each turtle executes these steps (TurtleFrame::onUpdate, Turtle::update):
 
 1. Take one velocity command from a queue of up to seven commands.
 2. Stop if the last command is more than one second old.
@@ -31,7 +31,6 @@ arguments and results have float32 precision, and y points up, as in turtlesim's
 from collections import deque
 import math
 
-# The build copies this module and turtlesim_arena into the package of the turtlesim stand-in.
 from .turtlesim_arena import ARENA_CENTER, ARENA_SIZE, float32, nearest_in_arena, TICK, TurtlePose
 
 QUEUE_DEPTH = 7

@@ -28,6 +28,9 @@ from tf2_ros import Buffer, TransformException, TransformListener
 from turtle_brick.core.geometry import IDENTITY, MAX_COORDINATE, Pose
 from turtle_brick.core.time_steps import NS_PER_SECOND
 
+# world --> odom --> base_link --> stem --> wheel
+#   |                      '-----> post --> platform
+#   '------> brick (a child of platform while it rides)
 WORLD = 'world'
 ODOM = 'odom'
 BASE_LINK = 'base_link'
@@ -96,7 +99,7 @@ def pose_of(transform: Transform) -> Pose:
                 (rotation.x, rotation.y, rotation.z, rotation.w))
 
 
-def latest_transform(buffer: Buffer, frame: str) -> TransformStamped | None:
+def latest_world_to(buffer: Buffer, frame: str) -> TransformStamped | None:
     """Return the latest transform from world to a frame, or None if the transform is unknown."""
     try:
         return buffer.lookup_transform(WORLD, frame, LATEST_TIME)
@@ -104,14 +107,14 @@ def latest_transform(buffer: Buffer, frame: str) -> TransformStamped | None:
         return None
 
 
-def recent_transform(buffer: Buffer, frame: str, now: int) -> TransformStamped | None:
+def recent_world_to(buffer: Buffer, frame: str, now: int) -> TransformStamped | None:
     """
     Return the latest transform from world to a moving frame.
 
     :param now: current time (ns)
     :return: transform, or None if unknown, too old (MAX_AGE_NS) or too far ahead (MAX_AHEAD_NS)
     """
-    transform = latest_transform(buffer, frame)
+    transform = latest_world_to(buffer, frame)
     age = 0 if transform is None else now - nanoseconds_of(transform.header.stamp)
     return transform if -MAX_AHEAD_NS <= age <= MAX_AGE_NS else None
 
