@@ -56,7 +56,7 @@ def test_time_needed_by_a_robot():
 
 @pytest.mark.parametrize(('x', 'y', 'z', 'speed', 'reason'), [
     (5.0, 5.0, REST_Z, 0.0, ''), (5.0, 5.0, REST_Z - 0.01, 0.0, 'below its resting height'),
-    (5.0, 5.0, REST_Z - 0.01, 3.0, 'already passed'),
+    (5.0, 5.0, REST_Z - 0.01, 3.0, 'below its resting height'),
     (0.0, 5.0, 9.0, 0.0, ''), (-RADIUS + 0.01, 5.0, 9.0, 0.0, ''),
     (-RADIUS - 0.01, 5.0, 9.0, 0.0, 'point (-0.51, 5) is outside the arena'),
     (5.0, ARENA_SIZE + RADIUS - 0.01, 9.0, 0.0, ''),

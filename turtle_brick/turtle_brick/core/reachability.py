@@ -33,7 +33,7 @@ brick is reachable if it lands within platform_radius of the goal, and the robot
 All timestamps (ns) come from the same clock.
 """
 
-from math import dist, inf, isnan
+from math import dist, inf
 from typing import NamedTuple
 
 from turtle_brick.core.brick_tracking import Fall
@@ -97,31 +97,26 @@ def decide_reachability(fall: Fall, now: int, robot: RobotState | None,
     :param now: current time (ns)
     :param robot: state of the robot, or None if the robot is unavailable
     """
-    time = fall.time_to(resting_height(parameters), parameters.gravity_accel)
-    available = time - (now - fall.stamp) * SECONDS_PER_NS
+    height = resting_height(parameters)
+    available = fall.time_to(height, parameters.gravity_accel)
+    available -= (now - fall.stamp) * SECONDS_PER_NS
+    x, y, z = fall.position
     distance = needed = inf
     if robot is not None:
         distance = robot.distance_to(fall.position)
         needed = time_needed(fall.position, robot, parameters)
-    reason = _landing_problem(fall, time, available, parameters)
-    if not reason and robot is None:
+    reason = ''
+    if z < height:
+        reason = (f'the brick, at {z:.4g} m, is below its resting height on the platform, '
+                  f'{height:.4g} m')
+    elif available < 0.0:
+        reason = (f'the fall was detected {-available:.3f} s after the brick reached the top of '
+                  'the platform, because its transforms arrived late')
+    elif robot is None:
         reason = 'no robot is available'
-    elif not reason and needed == inf:
-        reason = 'the landing point ({:.4g}, {:.4g}) is outside the arena'.format(*fall.position)
-    elif not reason and needed > available:
+    elif needed == inf:
+        reason = f'the landing point ({x:.4g}, {y:.4g}) is outside the arena'
+    elif needed > available:
         reason = (f'the robot, {distance:.2f} m away, needs {needed:.3f} s, but the brick lands '
                   f'in {available:.3f} s, {needed - available:.3f} s too early')
     return Decision(not reason, fall, available, needed, distance, reason)
-
-
-def _landing_problem(fall: Fall, time: float, available: float, parameters: Parameters) -> str:
-    z = fall.position[2]
-    if isnan(time):
-        return (f'the brick, at {z:.4g} m, falls from below its resting height on the '
-                f'platform, {resting_height(parameters):.4g} m')
-    if time < 0.0:
-        return f'the brick, at {z:.4g} m, has already passed the platform'
-    if available < 0.0:
-        return (f'the fall was detected {-available:.3f} s after the brick reached the top of the '
-                'platform, because its transforms arrived late')
-    return ''
