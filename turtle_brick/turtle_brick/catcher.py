@@ -28,9 +28,6 @@ Publishes:
 Subscribes:
     /tf, /tf_static: poses of the brick and the robot
 
-The nodes can run on several machines if command_latency covers the network delays and the clocks
-are synchronized, for example with chrony.
-
 Parameters, read-only (the catcher declares all parameters in config/turtle.yaml and uses these):
     max_velocity (float, m/s): maximum translational speed of the robot
     command_latency (float, s): maximum time from a decision until the arena sees the robot move
@@ -78,8 +75,6 @@ class CatcherNode(Node):
         super().__init__('catcher', **node_options)
         self.parameters = declare_parameters(self)
         self.catcher = Catcher(self.parameters)
-        self.is_complete = False
-        """Whether all required transforms and subscribers have been found."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self, self.on_transform)
@@ -126,10 +121,12 @@ class CatcherNode(Node):
         if catcher.state is not state:
             self.publish_state()
             self.get_logger().info(f'The state is now {catcher.state.value}: {catcher.reason}')
-        if catcher.robot.response.late_time:
-            self.warn_of_late_robot(catcher.robot.response.late_time)
-        if not self.is_complete:
-            self.log_missing()
+        time = catcher.robot.response.late_time
+        if time:
+            self.get_logger().warning(
+                f'The robot needed {time:.2f} s to respond to a goal, but command_latency is '
+                f'{self.parameters.command_latency:g} s, so bricks may be missed. Set '
+                f'command_latency to at least {time:.2f} in turtle.yaml.', once=True)
 
     def observe_robot(self, now: int) -> None:
         """Record the latest transform of the platform, or None if the robot is unavailable."""
@@ -139,13 +136,6 @@ class CatcherNode(Node):
         else:
             self.catcher.robot.observe(nanoseconds_of(transform.header.stamp),
                                        Platform(pose_of(transform.transform)))
-
-    def warn_of_late_robot(self, time: float) -> None:
-        """Log once that the response time (s) of the robot exceeded command_latency."""
-        self.get_logger().warning(
-            f'The robot needed {time:.2f} s to respond to a goal, but command_latency is '
-            f'{self.parameters.command_latency:g} s, so bricks may be missed. Set '
-            f'command_latency to at least {time:.2f} in turtle.yaml.', once=True)
 
     def has_subscribers(self) -> bool:
         """Return whether a robot subscribes to goal_pose and tilt."""
@@ -185,18 +175,6 @@ class CatcherNode(Node):
         marker.color.r, marker.color.g, marker.color.b, marker.color.a = TEXT_COLOR
         marker.lifetime.sec = TEXT_LIFETIME
         self.marker_publisher.publish(marker)
-
-    def log_missing(self) -> None:
-        """Log the missing transforms and subscribers once, and report when all have been found."""
-        missing = [f'the transform of {frame}' for frame in (PLATFORM, BRICK)
-                   if latest_world_to(self.tf_buffer, frame) is None]
-        if not self.has_subscribers():
-            missing.append('a subscriber to goal_pose and tilt')
-        if missing:
-            self.get_logger().info(f'Waiting for {" and ".join(missing)}', once=True)
-        else:
-            self.is_complete = True
-            self.get_logger().info('Found the robot and the brick. Waiting for the brick to fall')
 
 
 def main(args: list[str] | None = None) -> None:
