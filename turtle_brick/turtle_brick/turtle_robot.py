@@ -44,7 +44,7 @@ Parameters, read-only (turtle_robot declares all parameters in config/turtle.yam
     wheel_radius (float, m): radius of the wheel, which determines the angle of its joint
 """
 
-from math import isfinite, pi
+from math import isfinite
 from time import monotonic
 from typing import Any
 
@@ -64,9 +64,6 @@ from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, due_time, ODOM, set_tra
                                  transform_message, WARNING_PERIOD, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
-
-UPSIDE_DOWN_TILT = pi / 2
-"""Tilt angle (rad) beyond which the node logs that the platform is upside down."""
 
 
 class TurtleRobot(Node):
@@ -143,14 +140,16 @@ class TurtleRobot(Node):
     def goal_in_world(self, message: PoseStamped) -> tuple[float, float]:
         """Return a goal (m) in the world frame, or raise ValueError if the goal is not valid."""
         frame = message.header.frame_id or WORLD
+        frame_pose, origin, pose = Pose2D(0.0, 0.0, 0.0), self.odometer.origin, self.odometer.pose
         if frame not in (WORLD, ODOM, BASE_LINK):
             raise ValueError(f'its frame is "{frame[:40]}". Use "{WORLD}", "{ODOM}" or '
                              f'"{BASE_LINK}".')
-        frame_pose = self.pose_of_frame(frame)
-        if frame_pose is None:
-            raise ValueError(f'turtlesim has not published a pose yet, so "{frame}" is unknown')
+        if frame != WORLD:
+            if origin is None or pose is None:
+                raise ValueError(f'turtlesim has not published a pose, so "{frame}" is unknown')
+            frame_pose = origin if frame == ODOM else origin.compose(pose)
         position = message.pose.position
-        x, y, z = frame_pose.transform((position.x, position.y, position.z))
+        x, y, z = upright(frame_pose).transform((position.x, position.y, position.z))
         if not isfinite(x + y + z):
             raise ValueError('it is not finite: ({:g}, {:g}, {:g})'.format(
                 position.x, position.y, position.z))
@@ -163,10 +162,6 @@ class TurtleRobot(Node):
                 f'Ignored the tilt {message.angle} rad because it is not finite',
                 throttle_duration_sec=WARNING_PERIOD)
             return
-        if abs(message.angle) > UPSIDE_DOWN_TILT:
-            self.get_logger().info(
-                f'The tilt {message.angle:.4g} rad turns the platform upside down',
-                throttle_duration_sec=WARNING_PERIOD)
         self.tilt_angle = message.angle
 
     def on_timer(self) -> None:
@@ -205,15 +200,6 @@ class TurtleRobot(Node):
         pose.orientation = self.transform.transform.rotation
         self.odometry.twist.twist = self.twist
         self.odom_publisher.publish(self.odometry)
-
-    def pose_of_frame(self, name: str) -> Pose | None:
-        """Return the pose of world, odom or base_link in the world frame, or None if unknown."""
-        origin, pose = self.odometer.origin, self.odometer.pose
-        if name == WORLD:
-            return upright(Pose2D(0.0, 0.0, 0.0))
-        if origin is None or pose is None:
-            return None
-        return {ODOM: upright(origin), BASE_LINK: upright(origin.compose(pose))}[name]
 
 
 def upright(pose: Pose2D) -> Pose:
