@@ -60,7 +60,7 @@ from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
 from turtle_brick.physics import Phase, STEP_NS, World
 from turtle_brick.ros.node_main import declare_parameters, run_node
 from turtle_brick.ros.tf import (BRICK, due_time, GuardedListener, LATCHED, PLATFORM, pose_of,
-                                 recent_world_to, transform_message, WORLD)
+                                 recent_world_to, transform_message, WARNING_PERIOD, WORLD)
 from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -68,9 +68,6 @@ LOOKAHEAD_NS = STEP_NS
 """Time (ns) by which a riding brick is simulated ahead of the clock. Viewers look up the latest
 time common to all transforms from world to the brick, as `latest_world_to` in ros/tf.py does. With
 the lookahead, the platform's transforms determine this time, and the brick never lags behind."""
-
-GAP_WARNING_PERIOD = 60.0
-"""Minimum time (s) between two warnings about physics steps that were not executed."""
 
 MARKER_PERIOD = 1.0
 """Interval (s) for republishing the brick marker, which rviz2 ignores in an unknown frame."""
@@ -209,7 +206,7 @@ class Arena(Node):
                 f'The clock advanced by {self.step_clock.jump * SECONDS_PER_NS:.3g} s since the '
                 'last physics step, because it was set or the machine is overloaded. The '
                 'simulation continues from the current time.',
-                throttle_duration_sec=GAP_WARNING_PERIOD)
+                throttle_duration_sec=WARNING_PERIOD)
 
     def publish_marker(self) -> None:
         """Publish the marker of the brick."""

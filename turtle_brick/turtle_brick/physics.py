@@ -34,7 +34,6 @@ the assignment requires the brick's trailing edge to clear the platform.
 """
 
 from enum import Enum
-from math import isfinite
 
 from turtle_brick.core.geometry import (from_yaw, MAX_COORDINATE, multiply, Pose, Pose2D,
                                         Quaternion, Vector)
@@ -127,11 +126,8 @@ class World:
 
         """
         x, y, z = (float(value) for value in location)
-        if not (isfinite(x) and isfinite(y) and isfinite(z)):
-            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite')
-        if abs(x) + abs(y) + abs(z) > MAX_COORDINATE:
-            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is too far away because '
-                             f'|x| + |y| + |z| exceeds {MAX_COORDINATE:g} m')
+        if not abs(x) + abs(y) + abs(z) <= MAX_COORDINATE:
+            raise ValueError(f'the location ({x:g}, {y:g}, {z:g}) is not finite, or too far away')
         if z < self._half_height:
             raise ValueError(f'z is {z:g} m, but must be at least {self._half_height:g} m so that '
                              'the bottom of the brick is not below the ground')

@@ -67,13 +67,9 @@ class ResponseTimer:
         self._limit = limit
         self._start: int | None = None
 
-    def start(self, now: int) -> None:
-        """Start the timer at the publication of a goal (ns)."""
+    def start(self, now: int | None) -> None:
+        """Start the timer at the publication of a goal (ns), or cancel the measurement."""
         self._start = now
-
-    def cancel(self) -> None:
-        """Discard the current measurement."""
-        self._start = None
 
     def stop(self, still: int, moved: int) -> None:
         """Stop the timer when a robot that was still at rest at `still` (ns) has `moved` (ns)."""
@@ -105,7 +101,7 @@ class RobotTracker:
         self.platform = platform
         if platform is None:
             self.state = None
-            self.response.cancel()
+            self.response.start(None)
             return
         x, y, _ = platform.pose.position
         before, after = self.state or RobotState(x, y), RobotState(x, y)
