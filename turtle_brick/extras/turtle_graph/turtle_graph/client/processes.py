@@ -13,6 +13,8 @@
 # limitations under the License.
 """Run programs in separate processes, read their output, and stop them."""
 
+import codecs
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 import os
@@ -41,6 +43,61 @@ MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)
 """Pattern for an error message with the name of a missing package or Python module."""
 LACKS = re.compile(r'[Tt]his environment|stand-in for')
 """Pattern for an error message about a part of ROS that only the environment lacks."""
+CONTROL = re.compile(r'\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*|[^\n])'
+                     r'|[\x00-\x08\x0b-\x1f\x7f-\x9f]')
+"""Pattern for a terminal's escape sequences and for all other control characters."""
+SOURCE = re.compile(r'\[(\S+-\d+|ERROR)\] ')
+"""Pattern for the beginning of a line from a node or of an error message from ros2 launch."""
+MAX_SOURCES, MAX_SIZE, MAX_LINE = 50, 200_000, 100_000
+"""Maximum numbers of sources of output, of characters stored for each one, and per line."""
+
+
+def printable(text: str) -> str:
+    """Return text without the escape sequences and control characters that change a terminal."""
+    return CONTROL.sub('', text)
+
+
+class Output:
+    """
+    The end of a program's output, for each node that ros2 launch started and for its errors.
+
+    A node that prints in an endless loop therefore removes only its own older lines.
+    """
+
+    def __init__(self) -> None:
+        self._lines: dict[str, deque[tuple[int, str]]] = {'': deque()}  # With line numbers.
+        self._sizes = {'': 0}
+        self._count = 0
+        self._rest = ''  # The beginning of an incomplete line.
+
+    def add(self, text: str) -> list[str]:
+        """Store printed text, and return the lines that it completes."""
+        *complete, self._rest = (self._rest + text).split('\n')
+        lines = [f'{printable(line)}\n' for line in complete]
+        if len(self._rest) > MAX_LINE:
+            lines.append(printable(self._rest))
+            self._rest = ''
+        for line in lines:
+            self._store(line)
+        return lines
+
+    def _store(self, line: str) -> None:
+        match = SOURCE.match(line)
+        source = match[1] if match else ''
+        if source not in self._lines:
+            if len(self._lines) == MAX_SOURCES:
+                source = ''
+            self._lines.setdefault(source, deque())
+            self._sizes.setdefault(source, 0)
+        self._lines[source].append((self._count, line))
+        self._sizes[source] += len(line)
+        self._count += 1
+        while self._sizes[source] > MAX_SIZE:
+            self._sizes[source] -= len(self._lines[source].popleft()[1])
+
+    def __str__(self) -> str:
+        lines = sorted(line for lines in self._lines.values() for line in lines)
+        return ''.join([*(line for _, line in lines), printable(self._rest)])
 
 
 def launch_error(output: str) -> str:
@@ -94,7 +151,7 @@ class Process(AbstractContextManager['Process']):
         self.command = list(command)
         self._listener = listener
         self._output_changed = threading.Condition()
-        self._bytes = b''
+        self._output = Output()
         self._closed = False
         # Without a display, turtlesim renders its window off-screen.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
@@ -116,24 +173,24 @@ class Process(AbstractContextManager['Process']):
 
     def _read(self) -> None:
         assert self._popen.stdout is not None
-        line = b''
+        decoder = codecs.getincrementaldecoder('utf-8')(errors='replace')
         # Chunks are read instead of lines because a program may print an incomplete line and wait.
         while chunk := os.read(self._popen.stdout.fileno(), 65536):
             with self._output_changed:
-                self._bytes += chunk
+                lines = self._output.add(decoder.decode(chunk))
                 self._output_changed.notify_all()
-            *lines, line = (line + chunk).split(b'\n')
             if self._listener is not None:
-                for complete in lines:
-                    self._listener(f'{complete.decode(errors="replace")}\n')
+                for line in lines:
+                    self._listener(line)
         with self._output_changed:
             self._closed = True
             self._output_changed.notify_all()
 
     @property
     def output(self) -> str:
-        """Return all output so far."""
-        return self._bytes.decode(errors='replace')
+        """Return the output so far, without control characters and without very old lines."""
+        with self._output_changed:
+            return str(self._output)
 
     @property
     def running(self) -> bool:
