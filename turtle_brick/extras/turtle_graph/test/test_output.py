@@ -13,9 +13,12 @@
 # limitations under the License.
 """Test that the output of other programs is bounded and cannot change the terminal."""
 
+import psutil
 import pytest
-from turtle_graph.client.processes import crashes, MAX_SIZE, Output, printable
+from turtle_graph.client.processes import crashes, MAX_SIZE, Output, printable, Process
 
+TIMEOUT = 20.0
+"""Timeout (s) for an action of another process."""
 CRASH = '[arena-1] Traceback (most recent call last):\n[arena-1]   x\n[arena-1] KeyError: 1\n'
 DIED = "[ERROR] [arena-1]: process has died [pid 7, exit code 1, cmd '/lib/arena --ros-args'].\n"
 
@@ -49,3 +52,10 @@ def test_many_sources_of_output_share_one_limit():
     ('a\rb\x08\x9b2Jc\x1b', 'ab2Jc')))
 def test_control_characters_are_removed(text, expected):
     assert printable(text) == expected
+
+
+def test_a_program_with_an_empty_environment_ends_with_the_others():
+    # The shell exits before the program that it has started.
+    with Process(['bash', '-c', 'env -i sleep 100 & echo process $!']) as process:
+        child = psutil.Process(int(process.wait_for_output(r'process (\d+)', TIMEOUT)[1]))
+    child.wait(TIMEOUT)  # Shorter than the sleep.

@@ -239,8 +239,9 @@ class Process(AbstractContextManager['Process']):
         """Return the process and all processes that it has started, directly or indirectly."""
         found = []
         for process in psutil.process_iter():
-            with suppress(psutil.Error):
-                if self._mark in process.environ().items():
+            with suppress(psutil.Error, ProcessLookupError):
+                # A program with an empty environment has no mark, but is in the same session.
+                if self._mark in process.environ().items() or os.getsid(process.pid) == self.pid:
                     found.append(process)
         return found
 
