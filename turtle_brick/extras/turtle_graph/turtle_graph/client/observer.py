@@ -46,10 +46,10 @@ UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
 
 def load_type(name: str) -> Any:
     """Return the class of an interface such as 'std_srvs/srv/Trigger', or raise LookupError."""
-    package, kind, class_name = name.split('/')
     try:
+        package, kind, class_name = name.split('/')
         return getattr(import_module(f'{package}.{kind}'), class_name)
-    except (ImportError, AttributeError):
+    except (ImportError, AttributeError, TypeError, ValueError):
         raise LookupError(f'the interface {name} is not installed') from None
 
 

@@ -16,11 +16,12 @@
 from bisect import bisect_left, insort
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
-from itertools import pairwise
+from functools import lru_cache
+from itertools import chain, pairwise
 from math import dist
 from operator import attrgetter, itemgetter
-import re
 from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 from turtle_graph.client.geometry import Array, Pose, pose
 from turtle_graph.client.profiles import Profile
@@ -218,8 +219,8 @@ class Record:
 
     def frame_names(self) -> set[str]:
         """Return the names of all TF frames and of all links in the URDFs."""
-        links = re.findall('<link name="([^"]+)"', ''.join(
-            received.message.data for received in self.topics['robot_description']))
+        links = chain.from_iterable(link_names(received.message.data)
+                                    for received in self.topics['robot_description'])
         return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
 
     def ancestors(self, frame: str) -> list[str]:
@@ -311,6 +312,16 @@ class Record:
                 single = copy(self)
                 vars(single).update({**dict.fromkeys(trials, []), name: [trial]})
                 yield single
+
+
+@lru_cache
+def link_names(description: str) -> list[str]:
+    """Return the names of all links in a URDF, or none if it is not valid XML."""
+    try:
+        links = ElementTree.fromstring(description).findall('link')
+    except (ElementTree.ParseError, ValueError):
+        return []
+    return [link.get('name', '') for link in links]
 
 
 def nanoseconds_of(stamp: Any) -> int:

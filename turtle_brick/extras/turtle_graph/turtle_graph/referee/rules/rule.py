@@ -19,6 +19,7 @@ absent, and `Open` if the record is insufficient for a judgment.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from traceback import format_exc
 from typing import Any, NamedTuple, TypeVar
 
 import numpy
@@ -89,6 +90,7 @@ class Judgment(NamedTuple):
     follows: Sequence[str] = ()  # Crashes and other failures that may have caused this failure.
     absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
     certain: bool = False  # Whether no load of the machine can explain a failure.
+    traceback: str = ''  # The traceback of an error in the rule itself.
 
 
 Judge = Callable[[Record], Finding]
@@ -106,7 +108,7 @@ class Rule(NamedTuple):
 
     def __call__(self, record: Record) -> Judgment:
         """Judge a record, ignoring whether the machine was overloaded."""
-        plot, absent, certain = None, False, False
+        plot, absent, certain, traceback = None, False, False, ''
         try:
             with numpy.errstate(all='ignore'):
                 met, measured, plot, certain = self.judge(record)
@@ -116,12 +118,11 @@ class Rule(NamedTuple):
             absent, certain = isinstance(error, Absent), isinstance(error, Certain)
         except Open as error:
             mark, measured = OPEN, str(error)
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            # Unexpected data must not stop the referee.
-            mark = FAILED
-            measured = f'the received data is inconsistent ({type(error).__name__}: {error})'
+        except Exception as error:  # It is a mistake in the rule, whatever the graph has sent.
+            mark, traceback = OPEN, format_exc()
+            measured = f'referee error: {type(error).__name__}: {error}'
         return Judgment(self.name, self.sentence, self.expected, mark, measured, plot,
-                        absent=absent, certain=bool(certain))
+                        absent=absent, certain=bool(certain), traceback=traceback)
 
     def judge_under_load(self, record: Record, calm: Record) -> Judgment:
         """Judge a record. A failure that the load from other programs may explain is open."""
