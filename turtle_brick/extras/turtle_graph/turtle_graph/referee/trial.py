@@ -84,6 +84,13 @@ class Program(NamedTuple):
         PlannedDrop('brick in reach', 0.60, 0.7, REACTION_TIME + 0.10))
 
 
+PROGRAMS = {None: Program(), 1: Program(tilts=(), drops=()), 2: Program(drops=()),
+            3: Program(legs=0), 4: Program(tilts=(), drops=()), 5: Program(legs=0, tilts=())}
+"""The requests that the requirements of each hour of class need (None: all requirements)."""
+STRUCTURE = Program(idle=0.5, legs=0, tilts=(), drops=())
+"""No requests: only the names and the structure of the graph are observed."""
+
+
 class Trial(GraphClient):
     """A client that tests a graph with a sequence of requests."""
 
@@ -104,7 +111,8 @@ class Trial(GraphClient):
         if not self.discover():
             return
         self.end = monotonic() + TIME_LIMIT
-        if self.record.pose('brick', time_ns() - 2 * EXTRAPOLATION_NS) is None:
+        now = time_ns()
+        if self.program.drops and not self.record.pose('brick', now - 2 * EXTRAPOLATION_NS):
             self.place(self.start_of(FAR_OUT))  # Some arenas have no brick until one is placed.
         self.rest()
         self.drive()
@@ -122,7 +130,8 @@ class Trial(GraphClient):
         spoiled = [drop for drop, watch in self.watches.items() if watch not in calm.drops]
         driven = any(drive.length >= MIN_LEG for drive in calm.drives)
         missing = [(calm.idle or not self.is_at_rest(), self.rest),
-                   (driven and calm.driving, self.drive), (calm.tilts, self.tilt),
+                   (not self.program.legs or driven and calm.driving, self.drive),
+                   (not self.program.tilts or calm.tilts, self.tilt),
                    (not spoiled, lambda: self.drop_all(spoiled))]
         if not all(is_calm for is_calm, _ in missing):
             self.log('repeating trials because the machine was overloaded')
@@ -199,6 +208,8 @@ class Trial(GraphClient):
 
     def drive(self) -> None:
         """Drive along all sides of a regular polygon, and return to the arena center."""
+        if not self.program.legs:
+            return
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
         self.return_to_center()
         begin = time_ns()
@@ -219,7 +230,8 @@ class Trial(GraphClient):
 
     def tilt(self) -> None:
         """Tilt the platform to each planned angle."""
-        self.log('tilting')
+        if self.program.tilts:
+            self.log('tilting')
         for angle in self.program.tilts:
             begin, is_sent = time_ns(), self.observer.send_tilt(angle)
             self.graph.spin_for(0.6 if is_sent else 0.0)
