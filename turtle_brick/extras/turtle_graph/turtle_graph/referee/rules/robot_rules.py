@@ -503,6 +503,14 @@ def nearest(values: list[tuple[int, float]], stamp: int) -> float:
     return min(values[max(index - 1, 0):index + 1], key=lambda one: abs(one[0] - stamp))[1]
 
 
+def angles_in(record: Record, joint: str, drive: Drive) -> list[tuple[int, float]]:
+    """Return the times (ns) and angles (rad) of a joint during a drive, or raise Failed."""
+    angles = record.joint(joint, drive.begin, drive.end)
+    if not all(isfinite(angle) for _, angle in angles):
+        raise Failed(f'joint_states contains an angle of {joint} that is not finite')
+    return angles
+
+
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
     robot, configured = model(record), record.profile.numbers.get('wheel_radius')
@@ -510,9 +518,9 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     joint, stem = robot.joint('wheel'), robot.joint('stem').name
     driven = rolled = direction = 0.0
     # TF contains the stem angle too, but robot_state_publisher may publish it at a low rate.
-    stems = record.joint(stem, drive.begin, drive.end)
+    stems = angles_in(record, stem, drive)
     track = [(angle, base, nearest(stems, stamp))
-             for stamp, angle in thin(record.joint(joint.name, drive.begin, drive.end))
+             for stamp, angle in thin(angles_in(record, joint.name, drive))
              if (base := record.pose('base_link', stamp)) is not None and stems]
     for (last_angle, last_base, _), (angle, base, steering) in pairwise(track):
         motion = (base.position - last_base.position)[:2]
@@ -561,8 +569,8 @@ def stem_turns_first(record: Record) -> Finding:
         far = [motion for _, motion in motions if hypot(*motion) > START_DISTANCE]
         if far:
             departure = next(stamp for stamp, motion in motions if hypot(*motion) > EXACT)
-            angles = [(stamp, angle) for stamp, angle in record.joint(
-                joint.name, drive.begin, drive.end) if stamp < departure + PERIOD_NS / 2]
+            angles = [(stamp, angle) for stamp, angle in angles_in(record, joint.name, drive)
+                      if stamp < departure + PERIOD_NS / 2]
             turned = departure + PERIOD_NS
             for stamp, angle in reversed(angles):
                 if misalignment(record, samples[0], angle, far[0]) > MAX_MISALIGNMENT:
@@ -593,8 +601,9 @@ def stem_points_along(record: Record) -> Finding:
         moving = [(sample, motion) for (_, before), (sample, motion), (_, after) in zip(
                       motions, motions[STRIDE:], motions[2 * STRIDE:])
                   if are_parallel(before, motion) and are_parallel(motion, after)]
-        angles = thin(record.joint(model(record).joint('stem').name, drive.begin, drive.end))
-        for sample, motion in thin(moving[len(moving) // 4:3 * len(moving) // 4]):
+        angles = thin(angles_in(record, model(record).joint('stem').name, drive))
+        steady = moving[len(moving) // 4:3 * len(moving) // 4] if angles else []
+        for sample, motion in thin(steady):
             off.append(misalignment(record, sample, nearest(angles, sample.stamp), motion))
     return within(MAX_MISALIGNMENT, off, 'the robot was not observed while driving',
                   'at most {:.1f} degrees off in {} poses')
