@@ -22,6 +22,7 @@ setup(
     name=package_name,
     version='1.0.0',
     packages=find_packages(include=[f'{package_name}*']),
+    package_data={package_name: ['referee/*.launch.xml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),

@@ -24,6 +24,7 @@ import pytest
 from turtle_graph.client.processes import explain_missing, launch_error, Process
 from turtle_graph.client.spinning import STOP_SIGNALS
 from turtle_graph.referee import classroom, referee
+from turtle_graph.referee.rules.rule import FAILED
 
 ROOT = Path(__file__).resolve().parents[3]
 DIED = "[ERROR] [{0}]: process has died [pid 7, exit code {1}, cmd '/lib/{0} --ros-args'].\n"
@@ -70,10 +71,18 @@ def test_each_requirement_belongs_to_the_hour_on_the_page():
         assert set(beginnings) == set(classroom.HOURS[hour])
 
 
+BUILD_ERROR = """Traceback (most recent call last):
+  File "setup.py", line 3, in <module>
+SyntaxError: invalid syntax
+"""
+
+
 @pytest.fixture
 def students(tmp_path, monkeypatch):
+    """Make workspaces of students whose graphs cannot start, each for another reason."""
     monkeypatch.chdir(tmp_path)
-    for name, prefix in (('ann', tmp_path), ('carl', '/nowhere')):
+    for name, prefix in (('ann', tmp_path), ('carl', '/nowhere'), ('dora', tmp_path),
+                         ('eve', tmp_path)):
         share = tmp_path / f'class/{name}/install/share'
         for directory in ('turtle_brick', 'ament_index/resource_index/packages'):
             (share / directory).mkdir(parents=True)
@@ -86,18 +95,33 @@ def students(tmp_path, monkeypatch):
         (share.parent / 'setup.sh').write_text(
             f'_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX={prefix}\n')
     (tmp_path / 'class/bob/src').mkdir(parents=True)
+    (tmp_path / 'class/bob/log/latest_build/turtle_brick').mkdir(parents=True)
+    (tmp_path / 'class/bob/log/latest_build/turtle_brick/command.log').write_text(
+        "Invoked command in '/bob' returned '1': python3 setup.py\n")
+    (tmp_path / 'class/bob/log/latest_build/turtle_brick/stderr.log').write_text(BUILD_ERROR)
+    # The setup file of dora is not UTF-8, and one of eve cannot be read.
+    (tmp_path / 'class/dora/install/setup.sh').write_bytes(b'\xff\n')
+    (tmp_path / 'class/dora/install/local_setup.bash').write_bytes(b'echo "\xff\x1b[2J"; exit 3\n')
+    (tmp_path / 'class/eve/install/setup.sh').unlink()
+    (tmp_path / 'class/eve/install/setup.sh').mkdir()
     return 'class'
 
 
-def test_the_launch_files_and_packages_of_the_student_are_used(students):
+def test_no_workspace_ends_the_judging_of_the_others(students):
     assert referee.main(['--class', students, '--hour', '3']) == 2
-    ann, bob, carl = csv.DictReader(open('class.csv', newline=''))
+    ann, bob, carl, dora, eve = csv.DictReader(open('judged/class.csv', newline=''))
     assert 'turtle_arena.launch.py: found no graph: ModuleNotFoundError: No' in ann['failed']
-    assert ann['failed'].endswith('; found no graph: false crashed: exit status 1')
-    assert (bob['student'], bob['failed']) == ('bob', 'not built')
-    assert carl['failed'].startswith('not built on this machine: install belongs in /nowhere, ')
+    assert ann['failed'].endswith('.xml: found no graph: false crashed: exit status 1')
+    assert bob['failed'] == 'not built: turtle_brick: SyntaxError: invalid syntax'
+    assert 'not built on this machine: install belongs in /nowhere, ' in carl['open']
+    assert dora['failed'].endswith('bash exited with status 3: \ufffd')
+    assert 'not judged: [Errno 21] Is a directory' in eve['open']
+    assert [row[FAILED] for row in (ann, bob, carl, dora, eve)] == ['1', '1', '0', '1', '0']
     assert 'drop' in ann and 'tilt' not in ann
-    assert 'not built' in Path('class.html').read_text()
+    assert all(f'href="{name}.html"' in Path('judged/class.html').read_text() for name in (
+        'ann', 'bob', 'carl', 'dora', 'eve'))
+    assert 'SyntaxError: invalid syntax' in Path('judged/bob.html').read_text()
+    assert Path('judged/.gitignore').read_text() == '*\n'
 
 
 @pytest.mark.parametrize('number', STOP_SIGNALS)
@@ -114,6 +138,7 @@ def test_a_signal_ends_all_processes(students, number):
 @pytest.mark.parametrize('options, reason', (
     (['--class', 'missing'], '--class missing is not a directory'),
     (['--class', '.'], '. has no subdirectories'),
+    (['--class', str(ROOT.parent)], ' is a workspace, but --class requires a directory with'),
     (['--class', '.', '--summary', '.'], '--class cannot be combined with'),
     (['--summary', '.'], 'there is no JSON file in .'),
     (['--summary', '.', '--', 'true'], '--summary cannot be combined with'),

@@ -18,17 +18,17 @@ import signal
 from typing import Any
 
 
-def run(module: str) -> Any:
-    """Import a module with the default action for SIGINT, and return the result of its main()."""
+def run(module: str, function: str = 'main') -> Any:
+    """Import a module with the default action for SIGINT, and call one of its functions."""
     handler = signal.signal(signal.SIGINT, signal.SIG_DFL)
-    main = import_module(module).main
+    main = getattr(import_module(module), function)
     signal.signal(signal.SIGINT, handler)
     return main()
 
 
 def referee() -> Any:
     """Run the referee."""
-    return run('turtle_graph.referee.referee')
+    return run('turtle_graph.referee.referee', 'main_alone')
 
 
 def viewer() -> Any:

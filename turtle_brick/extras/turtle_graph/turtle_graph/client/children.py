@@ -22,6 +22,8 @@ import signal
 
 PR_SET_PDEATHSIG = 1
 """Number of the operation in Linux's prctl() that sets the signal for the death of the parent."""
+PR_SET_CHILD_SUBREAPER = 36
+"""Number of the operation that makes a process the parent of all orphans among its descendants."""
 prctl = ctypes.CDLL(None).prctl  # A new process must not wait for the loader of libraries.
 
 
@@ -34,3 +36,8 @@ def end_with_parent() -> None:
     """
     # After SIGTERM, the real `ros2 launch` would leave its nodes running.
     prctl(PR_SET_PDEATHSIG, signal.SIGINT)
+
+
+def adopt_orphans() -> None:
+    """Make this process the parent of its descendants whose own parents end."""
+    prctl(PR_SET_CHILD_SUBREAPER, 1)

@@ -15,8 +15,8 @@
 
 import codecs
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 import os
 from pathlib import Path
 import re
@@ -25,10 +25,12 @@ import subprocess
 import threading
 
 import psutil
-from turtle_graph.client.children import end_with_parent
+from turtle_graph.client.children import adopt_orphans, end_with_parent
 
 END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
+KILL_TIME = 5.0
+"""Timeout (s) for processes to exit after SIGKILL."""
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
 """Pattern for a "process has died" message, with groups for process label, name and exit code."""
 STOPPED = (-signal.SIGINT, -signal.SIGTERM)
@@ -44,7 +46,7 @@ MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)
 LACKS = re.compile(r'[Tt]his environment|stand-in for')
 """Pattern for an error message about a part of ROS that only the environment lacks."""
 CONTROL = re.compile(r'\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*|[^\n])'
-                     r'|[\x00-\x08\x0b-\x1f\x7f-\x9f]')
+                     r'|[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]')
 """Pattern for a terminal's escape sequences and for all other control characters."""
 SOURCE = re.compile(r'\[(\S+-\d+|ERROR)\] ')
 """Pattern for the beginning of a line from a node or of an error message from ros2 launch."""
@@ -279,3 +281,19 @@ def close_all(processes: Sequence[Process]) -> None:
     finally:
         for process in processes:
             process.kill()
+
+
+@contextmanager
+def no_descendants() -> Iterator[None]:
+    """Kill, at the end, all processes that this program has started, directly or indirectly."""
+    # Even a process that has left its session, and whose parent has ended, is found then.
+    adopt_orphans()
+    try:
+        yield
+    finally:
+        while running := psutil.Process().children(recursive=True):
+            for process in running:
+                with suppress(psutil.Error):
+                    process.kill()
+            if psutil.wait_procs(running, KILL_TIME)[1]:
+                break

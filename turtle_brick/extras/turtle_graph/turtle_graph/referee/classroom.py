@@ -14,28 +14,28 @@
 """
 Judge the workspaces of a class of students, each in its own environment and ROS domain.
 
-Each subdirectory of the given directory contains the built workspace of one student. The
-environment of a workspace contains only the ROS installation and the packages of that workspace.
+Each subdirectory of the given directory contains the built workspace of one student. A graph runs
+in an environment that contains only the ROS installation and the packages of its workspace. The
+referee that judges it runs in another process, which can import only the workspace's interfaces.
 """
 
 import argparse
 from collections.abc import Sequence
 from contextlib import suppress
-from itertools import product
+from itertools import chain, product
 import os
 from pathlib import Path
 import re
 import shlex
 import sys
-from time import strftime
 
-from turtle_graph.client.processes import Process
+from turtle_graph.client.processes import LACKS, printable, Process, TRACEBACK
 from turtle_graph.referee import report
 from turtle_graph.referee.options import HOURS
-from turtle_graph.referee.rules.rule import FAILED, MET, OPEN, Rules
+from turtle_graph.referee.rules.rule import FAILED, OPEN, Rules
 
 RESULTS = Path('judged')
-"""Directory for the results of all students (JSON files and HTML pages)."""
+"""Directory for all results."""
 PACKAGES = ('turtle_brick', 'turtle_brick_interfaces')
 """Packages to remove from the environment before a student's workspace is sourced."""
 INSTALL_DIRECTORIES = ('install', '.ros/install')
@@ -44,17 +44,28 @@ SHARE_DIRECTORIES = ('turtle_brick/share/turtle_brick', 'share/turtle_brick')
 """Paths of turtle_brick's `share` directory in isolated and in merged colcon installations."""
 LAUNCH_FILES = ('turtle_arena*launch.py', 'turtle_arena*launch.xml')
 """File name patterns for the launch files of the arena, in order of preference."""
-ROS_SETUP = Path(__file__).resolve().parents[4] / 'scripts/ros.bash'
-"""Bash script that sets up the ROS environment without sourcing any workspace."""
+INTERFACES = 'share/ament_index/resource_index/rosidl_interfaces'
+"""Path, relative to a prefix, of the directory with one file per package with interfaces."""
+PYTHON_DIRECTORIES = ('lib/python3*/site-packages', 'local/lib/python3*/dist-packages')
+"""Patterns for the directories, relative to a prefix, that contain Python packages."""
 PREFIX = re.compile('^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(.*)$', re.M)
 """Pattern for the line in colcon's setup.sh that contains the original install directory."""
-SOURCE = '[ ! -e "$1" ] || source "$1" >&2 && IFS= source "$2" && exec "${@:3}"'
-"""Bash code that sources ROS and a workspace, then runs a command. IFS keeps spaces in paths."""
-JUDGE = ('import sys; sys.path[0] = sys.argv.pop(1); '
-         'from turtle_graph.referee.referee import main; sys.exit(main())')
-"""Python code that runs this referee even if a student's workspace contains another referee."""
+BUILD_LOGS = ('log/latest_build/*/command.log', '.ros/log/latest_build/*/command.log')
+"""Patterns for colcon's logs of the commands that build a package."""
+REFEREE = Path(__file__).parent
+"""Directory of the program that judges one graph. Running it does not use its installation."""
 TIME_LIMIT, END_TIME = 400.0, 60.0
 """Time limits (s) for judging one launch file, and for the report after an interruption."""
+
+
+class Unjudged(Exception):
+    """Exception that states why a workspace could not be judged."""
+
+    def __init__(self, requirement: str, mark: str, reason: str) -> None:
+        """Create an exception for one of the requirements in report.UNJUDGED."""
+        super().__init__(reason)
+        self.requirement = requirement
+        self.mark = mark
 
 
 def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
@@ -75,100 +86,161 @@ def clean_environment() -> dict[str, str]:
         return (any(f'{entry}/'.startswith(f'{prefix}/') for prefix in hidden)
                 or any(Path(entry, package).is_dir() for package in PACKAGES))
 
-    paths = {name: os.pathsep.join(one for one in value.split(os.pathsep) if not is_hidden(one))
+    paths = {name: os.pathsep.join(entry for entry in value.split(os.pathsep)
+                                   if not is_hidden(entry))
              for name, value in os.environ.items() if name.endswith('PATH')}
     return {**paths, 'ROS_DOMAIN_ID': '', 'COLCON_PYTHON_EXECUTABLE': sys.executable}
 
 
 def find_install(workspace: Path) -> tuple[Path, Path]:
-    """Return the setup file and share directory of a built workspace, or raise LookupError."""
-    for install, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
-        setup = workspace / install / 'local_setup.bash'
-        if setup.is_file() and (workspace / install / share).is_dir():
-            for chain in setup.parent.glob('setup.sh'):
-                prefix = PREFIX.search(chain.read_text(encoding='utf-8'))
+    """Return the install and share directories of a built workspace, or raise Unjudged."""
+    for name, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
+        install = workspace / name
+        if (install / 'local_setup.bash').is_file() and (install / share).is_dir():
+            for path in install.glob('setup.sh'):
+                prefix = PREFIX.search(path.read_text(encoding='utf-8', errors='replace'))
                 if prefix is not None and not Path(prefix[1]).is_dir():
-                    raise LookupError(f'not built on this machine: {install} belongs in '
-                                      f'{prefix[1]}, which does not exist')
-            return setup, workspace / install / share
-    raise LookupError('not built')
+                    raise Unjudged('build', OPEN, f'not built on this machine: {name} belongs in '
+                                   f'{prefix[1]}, which does not exist')
+            return install, install / share
+    raise Unjudged('build', FAILED, f'not built: {build_error(workspace)}')
 
 
-def find_launch_files(share: Path) -> list[str]:
-    """Return the names of all arena launch files below a share directory."""
-    names = [path.name for pattern in LAUNCH_FILES for path in sorted(share.rglob(pattern))]
-    if not names:
-        raise LookupError('no file turtle_arena.launch.py or turtle_arena.launch.xml is installed')
-    return list(dict.fromkeys(names))
+def build_error(workspace: Path) -> str:
+    """Return the first error in the logs of the last build of a workspace."""
+    for path in chain.from_iterable(sorted(workspace.glob(logs)) for logs in BUILD_LOGS):
+        if re.search(r"returned '[^0]", path.read_text(encoding='utf-8', errors='replace')):
+            text = printable(path.with_name('stderr.log').read_text('utf-8', errors='replace'))
+            lines = [line.strip() for line in text.splitlines() if line.strip()]
+            first = next((number for number, line in enumerate(lines) if 'error' in line.lower()),
+                         max(len(lines) - 3, 0))
+            error = (TRACEBACK.findall(text) or [' '.join(lines[first:first + 3])])[-1]
+            return f'{path.parent.name}: {error}'
+    return 'there is no setup file of a package turtle_brick, and no log of a failed build'
 
 
-def judge_launch(workspace: Path, setup: Path, json: Path, options: argparse.Namespace,
-                 arguments: Sequence[str], command: Sequence[str]) -> int:
-    """Judge a graph and return the exit status, or raise LookupError if there is no result."""
-    print(f'  {shlex.join(command)}', file=sys.stderr, flush=True)
-    with Process(['bash', '-c', SOURCE, 'bash', str(ROS_SETUP), str(setup.resolve()),
-                  sys.executable, '-c', JUDGE, str(Path(__file__).parents[2]), *arguments, '--',
-                  *command],
-                 clean_environment(), sys.stderr.write if options.verbose else None,
+def find_launch_files(share: Path) -> dict[str, Path]:
+    """Return the names and paths of all arena launch files below a share directory."""
+    paths = [path for pattern in LAUNCH_FILES for path in sorted(share.rglob(pattern))]
+    if not paths:
+        raise Unjudged('start', FAILED,
+                       'no file turtle_arena.launch.py or turtle_arena.launch.xml is installed')
+    return {path.name: path for path in paths}
+
+
+def judging_environment(install: Path) -> dict[str, str]:
+    """Return a clean environment that also contains the interfaces in an install directory."""
+    environment = clean_environment()
+    prefixes = {path.parents[4] for pattern in (INTERFACES, f'*/{INTERFACES}')
+                for path in install.resolve().glob(f'{pattern}/*')}
+    python = [str(path) for prefix in sorted(prefixes) for pattern in PYTHON_DIRECTORIES
+              for path in prefix.glob(pattern)]
+    # The program imports from the first directories of PYTHONPATH only what no other one has.
+    for name, entries in (
+            ('PYTHONPATH', [*python, environment.get('PYTHONPATH', '')]),
+            ('LD_LIBRARY_PATH', [environment.get('LD_LIBRARY_PATH', ''),
+                                 *(f'{prefix}/lib' for prefix in sorted(prefixes))])):
+        environment[name] = os.pathsep.join(filter(None, entries))
+    return environment
+
+
+def judge_graph(workspace: Path, install: Path, arguments: Sequence[str], json: Path,
+                command: Sequence[str], verbose: bool) -> int:
+    """Judge a graph and return the exit status, or raise Unjudged if there is no result."""
+    json.unlink(missing_ok=True)
+    print(f'  {printable(shlex.join(command))}', file=sys.stderr, flush=True)
+    # With the option -E, Python executes no code from PYTHONPATH before the referee.
+    with Process([sys.executable, '-E', str(REFEREE), *arguments, '--', *command],
+                 judging_environment(install), sys.stderr.write if verbose else None,
                  workspace) as process:
         try:
-            process.wait(TIME_LIMIT)
+            status = process.wait(TIME_LIMIT)
         except TimeoutError:
             print(f'  stopping after {TIME_LIMIT:g} s', file=sys.stderr, flush=True)
+            status = 2
             with suppress(TimeoutError):
                 process.stop(timeout=END_TIME)
     if not json.exists():
-        raise LookupError(process.exit_message())
-    return process.wait(0.0)
-
-
-def judge_workspace(workspace: Path, json: Path, options: argparse.Namespace,
-                    command: Sequence[str]) -> int:
-    """Judge a workspace and return the exit status, or raise LookupError if there is no result."""
-    setup, share = find_install(workspace)
-    arguments = [f'--student={workspace.name}', f'--json={json.resolve()}',
-                 f'--page={json.resolve().with_suffix(".html")}']
-    arguments += [f'--{name}={getattr(options, name)}'
-                  for name in ('hour', 'namespace') if getattr(options, name)]
-    if options.profile:
-        arguments.append(f'--profile={options.profile.resolve()}')
-    if options.verbose:
-        arguments.append('--verbose')
-    for file in [''] if command else find_launch_files(share):
-        status = judge_launch(workspace, setup, json, options, arguments, command or [
-            'ros2', 'launch', 'turtle_brick', file, 'view:=none'])
-        row = report.read(json, workspace.name)
-        if any(row[mark] for mark in (MET, FAILED, OPEN)):
-            break
-        faults = '; '.join(row['faults'])
-        arguments.append(f'--note={file or "the command"}: {faults}')
+        raise Unjudged('start', OPEN, process.exit_message())
     return status
+
+
+def judge_workspace(workspace: Path, json: Path, shared: Sequence[str],
+                    options: argparse.Namespace, command: Sequence[str]) -> int:
+    """
+    Judge a workspace and return the exit status, or raise Unjudged if it could not be judged.
+
+    :param json: file for the results
+    :param shared: arguments of the referee that are the same for all workspaces
+    :param command: command that starts the graph, or nothing for the launch files
+    """
+    install, share = find_install(workspace)
+    arguments = [*shared, f'--student={workspace.name}', f'--json={json}',
+                 f'--page={json.with_suffix(".html")}',
+                 f'--setup={install.resolve() / "local_setup.bash"}']
+    launch_files = {} if command else find_launch_files(share)
+    reasons: list[str] = []
+    for name in launch_files or ['the command']:
+        own = [f'--note={reason}' for reason in reasons]
+        if name in launch_files:
+            own.append(f'--in-namespace={launch_files[name].resolve()}')
+        status = judge_graph(workspace, install, [*arguments, *own], json, command or [
+            'ros2', 'launch', 'turtle_brick', name, 'view:=none'], options.verbose)
+        row = report.read(json, workspace.name)
+        if any(row[mark] for mark in report.COLORS):
+            return status
+        faults = '; '.join(fault for fault in row['faults'] if fault not in reasons)
+        reasons.append(f'{name}: {faults}')
+    reason = '; '.join(reasons)
+    is_ours = LACKS.search(reason) or report.INTERRUPTED in reason
+    raise Unjudged('start', OPEN if is_ours else FAILED, reason)
+
+
+def find_workspaces(classroom: Path) -> list[Path]:
+    """Return the subdirectories of a directory, or raise ValueError if it is not for a class."""
+    workspaces = sorted(path for path in classroom.iterdir() if path.is_dir()
+                        and not path.name.startswith('.') and path.resolve() != RESULTS.resolve())
+    if not workspaces:
+        raise ValueError(f'{classroom} has no subdirectories, but --class requires '
+                         'one subdirectory per student')
+    # The packages of a workspace may be in its top directory.
+    packages = [path for path in workspaces if (path / 'package.xml').is_file()
+                and not any((path / name).is_dir() for name in INSTALL_DIRECTORIES)]
+    if packages or any((classroom / name).is_dir() for name in ('src', *INSTALL_DIRECTORIES)):
+        raise ValueError(f'{classroom} is a workspace, but --class requires a directory with one '
+                         'workspace per student')
+    return workspaces
 
 
 def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str]) -> int:
     """Judge all workspaces in a directory, write a summary, and return the exit status."""
-    workspaces = sorted(path for path in options.classroom.iterdir()
-                        if path.is_dir() and not path.name.startswith('.'))
-    if not workspaces:
-        raise ValueError(f'{options.classroom} has no subdirectories, but --class requires '
-                         'one subdirectory per student')
+    workspaces = find_workspaces(options.classroom)
     RESULTS.mkdir(exist_ok=True)
-    count = len(workspaces)
-    results = [RESULTS / f'{workspace.name}.json' for workspace in workspaces]
+    (RESULTS / '.gitignore').write_text('*\n', encoding='utf-8')
+    results = [RESULTS.resolve() / f'{workspace.name}.json' for workspace in workspaces]
     for path in (*results, *(json.with_suffix('.html') for json in results)):
         path.unlink(missing_ok=True)
+    shared = [f'--{name}={value}' for name, value in (
+        ('hour', options.hour), ('namespace', options.namespace),
+        ('profile', options.profile and options.profile.resolve())) if value]
+    shared += ['--verbose'] if options.verbose else []
     statuses = set()
     try:
         for number, (workspace, json) in enumerate(zip(workspaces, results), 1):
-            print(f'{workspace.name} ({number} of {count}) ...', file=sys.stderr, flush=True)
+            print(f'{printable(workspace.name)} ({number} of {len(workspaces)}) ...',
+                  file=sys.stderr, flush=True)
             try:
-                statuses.add(judge_workspace(workspace, json, options, command))
-            except LookupError as error:
-                json.write_text(report.as_json([], {
-                    'date': strftime(report.DATE), 'notes': [str(error)]}), encoding='utf-8')
+                statuses.add(judge_workspace(workspace, json, shared, options, command))
+            except Unjudged as error:
+                report.write_unjudged(json, workspace.name, error.requirement, error.mark,
+                                      str(error))
+                statuses.add(2)
+            except (OSError, ValueError) as error:  # Nothing in a workspace ends the class.
+                report.write_unjudged(json, workspace.name, 'start', OPEN, f'not judged: {error}')
                 statuses.add(2)
     finally:  # Ctrl-C prints the results so far.
-        report.summarize(RESULTS, [rule.name for rule in rules], options.csv or Path('class.csv'),
-                         options.page or Path('class.html'),
+        report.summarize(RESULTS, [rule.name for rule in rules],
+                         options.csv or RESULTS / 'class.csv',
+                         options.page or RESULTS / 'class.html',
                          [json.stem for json in results if json.exists()])
     return statuses.pop() if len(statuses) == 1 else 1

@@ -59,8 +59,13 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
     parser.add_argument(
         '--class', type=Path, metavar='DIR', dest='classroom',
-        help='judge all workspaces in a directory (one per student), and write judged/*, '
-             'class.csv and class.html')
+        help='judge all workspaces in a directory (one per student), and write all results to '
+             'the directory judged')
+    parser.add_argument('--setup', type=Path, metavar='FILE',
+                        help='setup file of a workspace to source for the command only')
+    parser.add_argument('--in-namespace', type=Path, metavar='FILE',
+                        help='launch file to start a second time, in a namespace, to judge '
+                             'whether names are relative')
     parser.add_argument('--hour', type=int, choices=HOURS,
                         help='judge only the requirements for one hour of class')
     parser.add_argument('--student', metavar='NAME', help='student name shown on the page')
@@ -76,8 +81,10 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         if path is not None and not path.parent.is_dir():
             parser.error(f'--{name} {path}: the directory {path.parent} does not exist')
     command = [*options.command, *args[split + 1:]]
-    if options.classroom and (options.summary or options.json or options.student):
-        parser.error('--class cannot be combined with --summary, --json or --student')
+    if options.classroom and (options.summary or options.json or options.student
+                              or options.setup or options.in_namespace):
+        parser.error('--class cannot be combined with --summary, --json, --student, --setup or '
+                     '--in-namespace')
     if options.classroom and not options.classroom.is_dir():
         parser.error(f'--class {options.classroom} is not a directory')
     if options.summary and (command or options.json):

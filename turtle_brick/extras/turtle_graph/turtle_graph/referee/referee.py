@@ -19,6 +19,7 @@ from contextlib import ExitStack
 from functools import partial
 import gc
 import os
+from pathlib import Path
 import shlex
 import signal
 import sys
@@ -28,7 +29,8 @@ from typing import Any
 import psutil
 from turtle_graph.client.domains import reserved_domain, restrict_to_localhost
 from turtle_graph.client.observer import Observer
-from turtle_graph.client.processes import crashes, explain_missing, launch_error, Process
+from turtle_graph.client.processes import (crashes, explain_missing, launch_error,
+                                           no_descendants, printable, Process)
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Record
 from turtle_graph.client.spinning import handle_signals, NodeSpinner
@@ -37,10 +39,16 @@ from turtle_graph.referee.classroom import judge_class, rules_in_hour
 from turtle_graph.referee.options import parse
 from turtle_graph.referee.rules import arena_rules, robot_rules
 from turtle_graph.referee.rules.rule import FAILED, Judgment, Rules
-from turtle_graph.referee.trial import DISCOVERY_TIME, Trial
+from turtle_graph.referee.trial import DISCOVERY_TIME, Program, PROGRAMS, STRUCTURE, Trial
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES))
 
+SOURCE = ('bash', '-c', 'IFS= source "$1" >&2 && exec "${@:2}"', 'bash')
+"""Beginning of a command that sources a setup file first. IFS keeps spaces in its paths."""
+IN_NAMESPACE = Path(__file__).with_name('in_namespace.launch.xml')
+"""Launch file that starts another launch file in a namespace."""
+NAMESPACE, NAMES = '/judged', 'names: relative'
+"""The namespace, and the rule that is judged there."""
 START_TIME = 60.0
 """Timeout (s) for discovering a graph that the referee has started."""
 MAX_OPEN = 10
@@ -50,12 +58,13 @@ MOST = 0.6
 
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
-            log: Callable[[str], None]) -> Record:
-    """Send all test requests to a running or newly started graph, and return the record."""
+            log: Callable[[str], None], program: Program, namespace: str) -> Record:
+    """Send test requests to a running or newly started graph, and return the record."""
     begin = monotonic()
     with ExitStack() as stack:
         process = stack.enter_context(Process(
-            command, listener=sys.stderr.write if options.verbose else None)) if command else None
+            sourced(options.setup, command),
+            listener=sys.stderr.write if options.verbose else None)) if command else None
 
         def run_trial(namespace: str) -> Observer:
             spinner = stack.enter_context(
@@ -63,7 +72,8 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             record = spinner.node.record
             try:
                 Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
-                      is_alive=lambda: process is None or process.running).run()
+                      is_alive=lambda: process is None or process.running,
+                      program=program).run()
             except KeyboardInterrupt:
                 record.note(report.INTERRUPTED)
             if process is None:
@@ -75,7 +85,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
                             'more time than there is')
             return spinner.node
 
-        observer = run_trial(options.namespace)
+        observer = run_trial(namespace)
         namespaces = observer.other_namespaces()
         if (command and not observer.record.idle and len(namespaces) == 1
                 and report.INTERRUPTED not in observer.record.notes):
@@ -87,6 +97,31 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             observer.record.note(f'{name} is unclear: {reason}')
         log('stopping')
         return observer.record
+
+
+def sourced(setup: Path | None, command: Sequence[str]) -> Sequence[str]:
+    """Return a command that runs after the setup file of a workspace has been sourced."""
+    return [*SOURCE, str(setup), *command] if setup else command
+
+
+def observe_alone(profile: Profile, options: argparse.Namespace, command: Sequence[str],
+                  log: Callable[[str], None], program: Program, namespace: str) -> Record:
+    """Observe a graph. If a command starts it, start it in a ROS domain of its own."""
+    with ExitStack() as stack:
+        if command:
+            restrict_to_localhost()
+            os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
+        log(f'judging ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0}')
+        return observe(profile, options, command, log, program, namespace)
+
+
+def judge_names(judgments: Sequence[Judgment], options: argparse.Namespace,
+                log: Callable[[str], None]) -> list[Judgment]:
+    """Start the graph in a namespace, and return the judgments with the one about names there."""
+    command = ['ros2', 'launch', str(IN_NAMESPACE), f'judged_file:={options.in_namespace}']
+    record = observe_alone(Profile(), options, command, log, STRUCTURE, NAMESPACE)
+    names = {rule.name: rule(record) for rule in RULES if rule.name == NAMES and record.idle}
+    return [names.get(one.name, one) for one in judgments]
 
 
 def describe_usage(record: Record, used: dict[str, float], seconds: float) -> None:
@@ -119,26 +154,24 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     def log(text: str) -> None:
         print(f'{monotonic() - begin:6.1f} s  {text}', file=sys.stderr, flush=True)
 
-    with ExitStack() as stack:
-        if command:
-            restrict_to_localhost()
-            os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
-        domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-        log(f'judging ROS domain {domain}')
-        record = observe(profile, options, command, log)
+    record = observe_alone(
+        profile, options, command, log, PROGRAMS[options.hour], options.namespace)
+    domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     record.notes = [*options.note, *record.notes]
     log('evaluating the measurements')
     judgments = rules.judge(record) if record.idle else []
+    if judgments and options.in_namespace and report.INTERRUPTED not in record.notes:
+        judgments = judge_names(judgments, options, log)
     about: dict[str, Any] = {
         'student': options.student, 'date': strftime(report.DATE), 'command': shlex.join(command),
         'domain': domain, 'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
         'crashes': record.crashes, 'notes': record.notes, 'overload': record.stall_summary()}
     if options.json is not None:
-        options.json.write_text(report.as_json(judgments, about), encoding='utf-8')
+        report.write(options.json, report.as_json(judgments, about))
     if not judgments:
         raise RuntimeError('; '.join([*record.crashes, *record.notes]))
     if options.page is not None:
-        options.page.write_text(report.page(judgments, about), encoding='utf-8')
+        report.write(options.page, report.page(judgments, about))
     report.print_judgments(judgments, about)
     return exit_status(judgments, record)
 
@@ -169,5 +202,11 @@ def main(args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print('referee: interrupted', file=sys.stderr)
     except (OSError, RuntimeError, ValueError) as error:
-        print(f'referee: {error}', file=sys.stderr)
+        print(printable(f'referee: {error}'), file=sys.stderr)
     return 2
+
+
+@no_descendants()
+def main_alone() -> int:
+    """Run the referee as a program that leaves no process behind."""
+    return main()

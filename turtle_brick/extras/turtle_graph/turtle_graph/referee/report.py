@@ -23,17 +23,24 @@ import os
 from pathlib import Path
 import sys
 from textwrap import shorten
+from time import strftime
 from typing import Any
 from urllib.parse import quote
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+from turtle_graph.client.processes import printable
 from turtle_graph.client.record import OVERLOADED
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
 MAX_LENGTH, MAX_LINES = 400, 5
 """Maximum number of characters per line and of faults per student in the terminal."""
+UNJUDGED = {
+    'build': ('Your code must pass colcon test', 'colcon builds the workspace'),
+    'start': ('all the nodes necessary for the turtle to catch a brick',
+              'a launch file starts a graph')}
+"""The requirements that a workspace without a judged graph does not meet, with their texts."""
 INTERRUPTED = 'interrupted, so some requirements were not tested'
 """Note of an incomplete judgment."""
 DATE = '%Y-%m-%d %H:%M %z'
@@ -97,7 +104,7 @@ def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None
     for title in titles:
         table.add_column(title, overflow='fold')
     for row in rows:
-        table.add_row(*(Text(str(cell), COLORS.get(str(cell), '')) for cell in row))
+        table.add_row(*(Text(printable(str(cell)), COLORS.get(str(cell), '')) for cell in row))
     Console().print(table)
 
 
@@ -130,11 +137,12 @@ def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> Non
     """Print the crashes, the notes, all requirements, and a list of the unmet requirements."""
     for line in (*(f'{FAILED} {crash}' for crash in about['crashes']),
                  *(f'note: {note}' for note in about['notes'])):
-        print(line)
+        print(printable(line))
     rows = fold(judgments)
     print_table(('', 'requirement', 'measured', 'expected'), (
         (one.mark, one.name, result(one), one.expected) for one in rows))
-    print('', *(f'{one.mark} {one.name}: {result(one)}' for one in rows if one.mark != MET),
+    print('', *(printable(f'{one.mark} {one.name}: {result(one)}')
+                for one in rows if one.mark != MET),
           tally(one.mark for one in judgments), sep='\n')
     if count := left_open(judgments):
         print(f'{count} {OPEN} open because {about["overload"]}: judge again on an idle machine')
@@ -142,10 +150,25 @@ def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> Non
     print(f'ROS domain {about["domain"]}: {judged} of {len(judgments)} requirements were judged')
 
 
+def write(path: Path, text: str) -> None:
+    """Write a file under another name and rename it, so that it is never incomplete."""
+    unfinished = path.with_name(f'.{path.name}.unfinished')
+    unfinished.write_text(text, encoding='utf-8', errors='replace')
+    unfinished.replace(path)
+
+
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
     """Return all judgments (without plots) and information about the run as JSON."""
     requirements = [one._replace(plot=None)._asdict() for one in judgments]
     return json.dumps({**about, 'requirements': requirements}, indent=1, ensure_ascii=False) + '\n'
+
+
+def write_unjudged(path: Path, student: str, requirement: str, mark: str, reason: str) -> None:
+    """Write the JSON file and the page of a student whose workspace could not be judged."""
+    judgments = [Judgment(requirement, *UNJUDGED[requirement], mark, reason)]
+    about = {'student': student, 'date': strftime(DATE), 'crashes': [], 'notes': [reason]}
+    write(path, as_json(judgments, about))
+    write(path.with_suffix('.html'), page(judgments, about))
 
 
 def draw(plot: Plot) -> str:
@@ -199,13 +222,16 @@ def read(path: Path, name: str) -> dict[str, Any]:
         judgments = [Judgment(**one) for one in data['requirements']]
         marks = {one.name: one.mark for one in judgments}
         causes = [one.name for one in judgments if one.mark == FAILED and not one.follows]
-        faults = data.get('crashes', []) + ([] if marks else data['notes'])
+        is_judged = bool(marks) and not marks.keys() & UNJUDGED.keys()
+        is_failed = not is_judged and OPEN not in marks.values()
+        faults = data.get('crashes', []) + (data['notes'] if is_failed else [])
         reasons = fold(
             one._replace(measured='judge again on a less busy machine')
             if OVERLOADED in one.measured else one for one in judgments if one.mark == OPEN)
         count = Counter(marks.values())
         return {'student': name, **{mark: count[mark] for mark in COLORS}, 'date': data['date'],
-                'failed': '; '.join([*faults, *causes]), **marks, 'faults': faults,
+                'failed': '; '.join([*faults, *(causes if is_judged else [])]), **marks,
+                'faults': faults, 'is_judged': is_judged,
                 'open': '; '.join([*(note for note in data['notes'] if note == INTERRUPTED), *(
                     f'{one.name} ({one.measured})' for one in reasons)]), 'causes': causes}
     except (LookupError, OSError, TypeError, ValueError) as error:
@@ -227,7 +253,7 @@ def print_student(row: dict[str, Any]) -> None:
              *(f'  {FAILED} {shorten(fault, MAX_LENGTH)}' for fault in row['faults'][:MAX_LINES])]
     for mark, text in ((FAILED, ', '.join(row['causes'])), (OPEN, row['open'])):
         lines += [f'  {mark} {shorten(text, MAX_LENGTH)}'] if text else []
-    print(*lines, sep='\n')
+    print(*map(printable, lines), sep='\n')
 
 
 def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
@@ -249,24 +275,25 @@ def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | Non
             faults.append(f'skipped: {error}')
         if page_path is not None and own.exists():
             links[name] = quote(os.path.relpath(own, page_path.parent))
+    rows.sort(key=lambda row: not row['is_judged'])
     for row in rows:
         print_student(row)
     if not rows and not faults:
         faults.append(f'there is no JSON file in {directory}')
     for fault in faults:
-        print(f'referee: {fault}', file=sys.stderr)
+        print(printable(f'referee: {fault}'), file=sys.stderr)
     if csv_path is not None:
-        with csv_path.open('w', newline='', encoding='utf-8') as file:
+        with csv_path.open('w', newline='', encoding='utf-8', errors='replace') as file:
             lines = csv.DictWriter(file, (*TITLES, *requirements), '', 'ignore')
             lines.writeheader()
             lines.writerows(rows)
     if page_path is not None:
         count = Counter(name for row in rows for name in row['causes'])
         cells = [class_cells(row, links.get(row['student'], '')) for row in rows]
-        page_path.write_text(html_page(
+        write(page_path, html_page(
             'turtle_brick: the class', f'<p>{EXPLANATION}</p>' + html_table(TITLES, cells)
             + html_table(('failed', 'students'), count.most_common())
-            + ''.join(f'<p>{escape(fault)}</p>' for fault in faults)), encoding='utf-8')
+            + ''.join(f'<p>{escape(fault)}</p>' for fault in faults)))
     if not rows:
         return 2
     return 1 if faults else 0
