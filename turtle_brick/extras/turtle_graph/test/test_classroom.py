@@ -124,10 +124,14 @@ def test_no_workspace_ends_the_judging_of_the_others(students):
     assert Path('judged/.gitignore').read_text() == '*\n'
 
 
+HIDDEN = 'setsid env -i sleep 100'
+"""A program in a session of its own, without the environment of the referee."""
+
+
 @pytest.mark.parametrize('number', STOP_SIGNALS)
 def test_a_signal_ends_all_processes(students, number):
     with Process([str(ROOT / 'scripts/referee'), '--verbose', '--class', students, '--',
-                  'bash', '-c', 'setsid sleep 100 & echo process $!; exec sleep 100']) as process:
+                  'bash', '-c', f'({HIDDEN} & echo process $!); exec sleep 100']) as process:
         pid = int(process.wait_for_output(r'process (\d+)', TIMEOUT)[1])
         child = psutil.Process(pid)
         assert process.stop(number, TIMEOUT) == 2
