@@ -54,6 +54,8 @@ BUILD_LOGS = ('log/latest_build/*/command.log', '.ros/log/latest_build/*/command
 """Patterns for colcon's logs of the commands that build a package."""
 REFEREE = Path(__file__).parent
 """Directory of the program that judges one graph. Running it does not use its installation."""
+HOUR_OF_NAMES = 1
+"""Hour of class with the requirement that is judged in a namespace."""
 TIME_LIMIT, END_TIME = 400.0, 60.0
 """Time limits (s) for judging one launch file, and for the report after an interruption."""
 
@@ -182,7 +184,7 @@ def judge_workspace(workspace: Path, json: Path, shared: Sequence[str],
     reasons: list[str] = []
     for name in launch_files or ['the command']:
         own = [f'--note={reason}' for reason in reasons]
-        if name in launch_files:
+        if name in launch_files and options.hour in (None, HOUR_OF_NAMES):
             own.append(f'--in-namespace={launch_files[name].resolve()}')
         status = judge_graph(workspace, install, [*arguments, *own], json, command or [
             'ros2', 'launch', 'turtle_brick', name, 'view:=none'], options.verbose)

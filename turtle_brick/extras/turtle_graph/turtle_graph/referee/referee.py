@@ -47,8 +47,8 @@ SOURCE = ('bash', '-c', 'IFS= source "$1" >&2 && exec "${@:2}"', 'bash')
 """Beginning of a command that sources a setup file first. IFS keeps spaces in its paths."""
 IN_NAMESPACE = Path(__file__).with_name('in_namespace.launch.xml')
 """Launch file that starts another launch file in a namespace."""
-NAMESPACE, NAMES = '/judged', 'names: relative'
-"""The namespace, and the rule that is judged there."""
+NAMESPACE = '/judged'
+"""The namespace in that launch file."""
 START_TIME = 60.0
 """Timeout (s) for discovering a graph that the referee has started."""
 MAX_OPEN = 10
@@ -115,13 +115,12 @@ def observe_alone(profile: Profile, options: argparse.Namespace, command: Sequen
         return observe(profile, options, command, log, program, namespace)
 
 
-def judge_names(judgments: Sequence[Judgment], options: argparse.Namespace,
-                log: Callable[[str], None]) -> list[Judgment]:
-    """Start the graph in a namespace, and return the judgments with the one about names there."""
+def observe_names(record: Record, options: argparse.Namespace, log: Callable[[str], None]) -> None:
+    """Start the graph in a namespace, and record the names that it has there."""
     command = ['ros2', 'launch', str(IN_NAMESPACE), f'judged_file:={options.in_namespace}']
-    record = observe_alone(Profile(), options, command, log, STRUCTURE, NAMESPACE)
-    names = {rule.name: rule(record) for rule in RULES if rule.name == NAMES and record.idle}
-    return [names.get(one.name, one) for one in judgments]
+    renamed = observe_alone(Profile(), options, command, log, STRUCTURE, NAMESPACE)
+    if renamed.idle:
+        record.namespace, record.publishers = renamed.namespace, renamed.publishers
 
 
 def describe_usage(record: Record, used: dict[str, float], seconds: float) -> None:
@@ -157,11 +156,11 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     record = observe_alone(
         profile, options, command, log, PROGRAMS[options.hour], options.namespace)
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
+    if record.idle and options.in_namespace and report.INTERRUPTED not in record.notes:
+        observe_names(record, options, log)
     record.notes = [*options.note, *record.notes]
     log('evaluating the measurements')
     judgments = rules.judge(record) if record.idle else []
-    if judgments and options.in_namespace and report.INTERRUPTED not in record.notes:
-        judgments = judge_names(judgments, options, log)
     about: dict[str, Any] = {
         'student': options.student, 'date': strftime(report.DATE), 'command': shlex.join(command),
         'domain': domain, 'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
