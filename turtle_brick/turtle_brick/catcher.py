@@ -134,6 +134,8 @@ class CatcherNode(Node):
         if transform is None or not self.has_subscribers():
             self.catcher.robot.observe(now, None)
         else:
+            if self.catcher.robot.state is None:
+                self.get_logger().info('Found the robot. Waiting for the brick to fall')
             self.catcher.robot.observe(nanoseconds_of(transform.header.stamp),
                                        Platform(pose_of(transform.transform)))
 
