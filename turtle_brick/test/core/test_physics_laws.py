@@ -18,9 +18,8 @@ from math import cos, floor, hypot, pi, sin, sqrt
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from laws import law
-import numpy
 import pytest
-from rigid import distance_to_rectangle, Frame, matrix_of, turn
+from rigid import axes_of, distance_to_rectangle, Frame, X, Y, Z
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
 from turtle_brick.physics import Phase, World
@@ -50,7 +49,7 @@ def discs(draw, radius):
 
 
 def frame_at(x, y, yaw, tilt):
-    return Frame((x, y, HINGE), turn((0.0, 0.0, 1.0), yaw) @ turn((0.0, 1.0, 0.0), tilt))
+    return Frame((x, y, HINGE)).turned(Z, yaw).turned(Y, tilt)
 
 
 def on_platform(place, *where):
@@ -58,12 +57,12 @@ def on_platform(place, *where):
 
 
 def turning_gap(quaternion, yaw, tilt, right):
-    expected = frame_at(0.0, 0.0, yaw, tilt).axes @ turn((0.0, 0.0, 1.0), -right)
-    return gap(matrix_of(quaternion), expected)
+    expected = frame_at(0.0, 0.0, yaw, tilt).turned(Z, -right).axes
+    return max(map(gap, axes_of(quaternion), expected))
 
 
 def gap(one, other):
-    return numpy.abs(numpy.subtract(one, other)).max()
+    return max(abs(a - b) for a, b in zip(one, other))
 
 
 def platform_at(x=0.0, y=0.0, yaw=0.0, tilt=0.0):
@@ -178,7 +177,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
 @given(roll=tilts)
 def test_slide_on_a_platform_with_roll(roll):
     """In other robot models, the platform frame may have a nonzero roll angle."""
-    world, leaning = riding(), Frame((0.0, 0.0, HINGE), turn((1.0, 0.0, 0.0), roll))
+    world, leaning = riding(), Frame((0.0, 0.0, HINGE)).turned(X, roll)
     world.platform = Platform(Pose((0.0, 0.0, HINGE), (sin(roll / 2), 0.0, 0.0, cos(roll / 2))))
     for step in range(1, 6):
         world.step()

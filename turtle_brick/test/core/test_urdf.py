@@ -20,9 +20,8 @@ from xml.etree import ElementTree
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import law
-import numpy as np
 import pytest
-from rigid import Frame, turn
+from rigid import dot, Frame, X, Y, Z
 from test_parameters import DEFAULTS, written
 from turtle_brick.core.parameters import default_path
 
@@ -37,7 +36,7 @@ SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius'
 
 
 def numbers(element, attribute):
-    return np.array(element.get(attribute).split(), float)
+    return tuple(map(float, element.get(attribute).split()))
 
 
 def origin(element):
@@ -46,7 +45,7 @@ def origin(element):
     place = (0.0, 0.0, 0.0) if found is None else numbers(found, 'xyz')
     roll, pitch, yaw = (0.0, 0.0, 0.0) if found is None or 'rpy' not in found.keys() else numbers(
         found, 'rpy')
-    return Frame(place, turn((0, 0, 1), yaw) @ turn((0, 1, 0), pitch) @ turn((1, 0, 0), roll))
+    return Frame(place).turned(Z, yaw).turned(Y, pitch).turned(X, roll)
 
 
 class Robot:
@@ -58,28 +57,28 @@ class Robot:
         self.solids = {}
         for link in robot.iter('link'):
             (shape,) = link.find('visual/geometry')
-            size = np.concatenate([numbers(shape, name) for name in SIZES[shape.tag]])
+            size = [number for name in SIZES[shape.tag] for number in numbers(shape, name)]
             self.solids[link.get('name')] = shape.tag, size, origin(link.find('visual'))
 
     def pose(self, link, **positions):
         """Return a link's frame in the base_link frame for given joint positions (rad)."""
         joint = self.joints.get(link)
         if joint is None:
-            return Frame((0.0, 0.0, 0.0), np.eye(3))
+            return Frame()
         frame = self.pose(joint.find('parent').get('link'), **positions).compose(origin(joint))
         if joint.find('axis') is None:
             return frame
         angle = positions.get(joint.get('name'), 0.0)
-        return Frame(frame.position, frame.axes @ turn(numbers(joint.find('axis'), 'xyz'), angle))
+        return frame.turned(numbers(joint.find('axis'), 'xyz'), angle)
 
     def extent(self, link, direction, **positions):
         """Return the maximum coordinate (m) of a link along a direction in the base_link frame."""
         kind, size, place = self.solids[link]
         frame = self.pose(link, **positions).compose(place)
-        x, y, z = local = frame.axes.T @ direction
-        beyond = (np.abs(local) @ size / 2 if kind == 'box'
-                  else size[0] * hypot(x, y) + size[1] / 2 * abs(z))
-        return direction @ frame.position + beyond
+        x, y, z = local = [abs(dot(axis, direction)) for axis in frame.axes]
+        beyond = (dot(local, size) / 2 if kind == 'box'
+                  else size[0] * hypot(x, y) + size[1] / 2 * z)
+        return dot(direction, frame.position) + beyond
 
 
 @pytest.fixture(scope='module')
@@ -134,11 +133,11 @@ def test_links_and_joints_of_the_assignment(robot):
 
 
 def test_positive_tilt_lowers_the_front_and_positive_roll_drives_forward(robot):
-    front = robot.pose('platform', platform_joint=0.3).axes[:, 0]
+    front = robot.pose('platform', platform_joint=0.3).axes[0]
     assert front[2] == pytest.approx(-sin(0.3))
     # If the wheel rolls forward, its top moves in the direction in which the stem points.
-    for angle, axis in ((0.0, 0), (pi / 2, 1)):
-        assert robot.pose('wheel', stem_joint=angle, wheel_joint=1e-3).axes[axis, 2] > 0
+    for angle, forward in ((0.0, 0), (pi / 2, 1)):
+        assert robot.pose('wheel', stem_joint=angle, wheel_joint=1e-3).axes[2][forward] > 0
 
 
 @law(4)
@@ -171,7 +170,7 @@ def test_geometry_follows_from_the_parameters(tmp_path_factory, wheel, proportio
 
     cube_bottom, cube_top = -robot.extent('base_link', DOWN), robot.extent('base_link', UP)
     assert cube_top - cube_bottom >= min(0.025, wheel, radius)
-    for angle in (atan2(radius, -thickness), *np.linspace(-pi, pi, 13)):
+    for angle in (atan2(radius, -thickness), *(number * pi / 6 for number in range(-6, 7))):
         assert -robot.extent('platform', DOWN, platform_joint=angle) > cube_top
     assert -robot.extent('post', DOWN) == pytest.approx(cube_top, abs=1e-9)
     assert robot.extent('stem', UP) == pytest.approx(cube_bottom, abs=1e-9)

@@ -19,7 +19,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
-from rigid import matrix_of
+from rigid import axes_of, Frame
 from std_msgs.msg import ColorRGBA, Header
 from turtle_graph.client.record import NS_PER_SECOND
 from turtle_graph.view.shapes import from_rpy, Markers, ORIGIN, RED, robot_shapes, shape_of
@@ -59,7 +59,7 @@ def test_shapes_are_read_from_the_robot_description():
     (box, sphere), (cylinder,), () = (robot.links[name] for name in ('root', 'tip', 'bare'))
     assert (box.kind, box.size, box.color) == ('box', (0.5, 0.25, 2.0), (0.1, 0.2, 0.3, 0.4))
     assert box.pose.position == (1.0, 2.0, 3.0)
-    assert tuple(matrix_of(box.pose.orientation)[:, 0]) == pytest.approx((0.0, 1.0, 0.0))
+    assert axes_of(box.pose.orientation)[0] == pytest.approx((0.0, 1.0, 0.0))
     assert (sphere.kind, sphere.size) == ('sphere', (1.0, 1.0, 1.0))
     assert sphere.color == (1.0, 0.0, 0.0, 1.0)
     assert (cylinder.kind, cylinder.size, cylinder.color) == ('cylinder', (0.2, 0.2, 3.0), RED)
@@ -166,5 +166,5 @@ def test_from_rpy_rotates_about_the_fixed_axes_x_y_and_z(roll, pitch, yaw, point
     y, z = cos(roll) * y - sin(roll) * z, sin(roll) * y + cos(roll) * z
     x, z = cos(pitch) * x + sin(pitch) * z, -sin(pitch) * x + cos(pitch) * z
     x, y = cos(yaw) * x - sin(yaw) * y, sin(yaw) * x + cos(yaw) * y
-    turned = tuple(matrix_of(from_rpy(roll, pitch, yaw)) @ point)
+    turned = Frame(axes=axes_of(from_rpy(roll, pitch, yaw))).transform(point)
     assert turned == pytest.approx((x, y, z), abs=1e-12)
