@@ -14,16 +14,33 @@
 """Configure the isolation, the excluded files and the order of the tests."""
 
 from collections.abc import Iterator
+import os
 from pathlib import Path
+import signal
 from typing import Any
 
 from installed import is_standin
+import psutil
 import pytest
 from turtle_graph.client.domains import reserved_domain
 
 pytest_plugins = ['isolation']
 
 HERE = Path(__file__).parent
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if hasattr(config, 'workerinput'):
+        # Linux divides processor time equally among sessions. Workers in a common session would be
+        # slow, because each process that a test starts has its own session.
+        os.setsid()
+
+
+def pytest_keyboard_interrupt() -> None:
+    """Send SIGINT to pytest's workers after Ctrl-C, because each worker has its own session."""
+    if 'PYTEST_XDIST_WORKER' not in os.environ:
+        for worker in psutil.Process().children():
+            worker.send_signal(signal.SIGINT)
 
 
 def excluded_files() -> dict[str, list[str]]:

@@ -15,38 +15,29 @@
 
 from collections.abc import Iterator
 import contextlib
-from importlib.util import find_spec
 import os
+import random
 import signal
+import socket
 import tempfile
 
 import pytest
+
+FIRST_PORT = 32768
+"""TCP port that reserves ROS domain 0, as in the domain_coordinator package of ROS 2."""
 
 _session = contextlib.ExitStack()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if hasattr(config, 'workerinput'):
-        # Linux divides processor time equally among sessions. Workers in a common session would be
-        # slow, because each process that a test starts has its own session.
-        os.setsid()
     # A background job in a shell script ignores SIGINT, and so do its child processes.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.pop('ROS_LOCALHOST_ONLY', None)
     os.environ.pop('ROS_STATIC_PEERS', None)
-    if find_spec('domain_coordinator') is not None:  # The tests of pure modules run without ROS.
-        os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(unused_domain()))
+    os.environ['ROS_DOMAIN_ID'] = str(_session.enter_context(unused_domain()))
     os.environ['ROS_LOG_DIR'] = _session.enter_context(
         tempfile.TemporaryDirectory(prefix='turtle_brick_test_'))
-
-
-def pytest_keyboard_interrupt() -> None:
-    """Send SIGINT to pytest's workers after Ctrl-C, because each worker has its own session."""
-    if 'PYTEST_XDIST_WORKER' not in os.environ and find_spec('psutil') is not None:
-        import psutil
-        for worker in psutil.Process().children():
-            worker.send_signal(signal.SIGINT)
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
@@ -57,9 +48,15 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 @contextlib.contextmanager
 def unused_domain() -> Iterator[int]:
     """Reserve a ROS domain that no other test uses."""
-    from domain_coordinator import domain_id
-    with domain_id() as domain:
-        yield domain
+    for domain in random.sample(range(1, 101), 100):
+        with socket.socket() as reservation:
+            try:
+                reservation.bind(('', FIRST_PORT + domain))
+            except OSError:
+                continue
+            yield domain
+            return
+    raise RuntimeError('other tests use all ROS domains from 1 to 100')
 
 
 @pytest.fixture
