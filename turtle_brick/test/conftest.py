@@ -11,9 +11,10 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Isolate the tests, and provide nodes for them."""
+"""Isolate the tests, choose them, and provide nodes for them."""
 
 from collections.abc import Iterator
+from importlib.util import find_spec
 import os
 from pathlib import Path
 import subprocess
@@ -22,6 +23,18 @@ from typing import Any
 import pytest
 
 pytest_plugins = ['isolation']
+
+LAWS = [] if find_spec('hypothesis') else sorted(Path(__file__).parent.glob('*/test_*_laws.py'))
+"""Files with laws, the tests with random input, if they cannot run."""
+
+# A skip at the top of a file would also skip all other files, because launch_testing imports the
+# files before pytest does.
+collect_ignore = LAWS
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    names = ', '.join(file.name for file in LAWS)
+    return f'left out, because hypothesis is not installed: {names}' if LAWS else ''
 
 
 @pytest.fixture

@@ -11,17 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Helpers for property-based tests."""
+"""Settings for laws, the tests with random input. Only laws require hypothesis."""
 
 from hypothesis import settings
-from turtle_brick.core.parameters import load
-from turtle_brick.core.reachability import resting_height
-from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.physics import STEP_NS, World
-
-PARAMETERS = load()
-GRAVITY = PARAMETERS.gravity_accel
-REST_Z = resting_height(PARAMETERS)
 
 
 def make_world() -> World:
@@ -34,8 +26,3 @@ def make_world() -> World:
 def law(examples: int) -> settings:
     """Return Hypothesis settings for a given number of reproducible random examples."""
     return settings(max_examples=examples, derandomize=True, deadline=None)
-
-
-def seconds(time: float) -> int:
-    """Convert a time from seconds to nanoseconds."""
-    return round(time * NS_PER_SECOND)

@@ -12,22 +12,12 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
-"""Test rotations and poses with examples and random input."""
+"""Test rotations and poses with examples."""
 
-from math import cos, hypot, pi
+from math import cos, pi
 
-from hypothesis import given
-from hypothesis import strategies as st
-from laws import law
 import pytest
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose, Pose2D, rotate
-
-angles = st.floats(-2.0 * pi, 2.0 * pi)
-lengths = st.floats(-20.0, 20.0)
-vectors = st.tuples(lengths, lengths, lengths)
-plane_poses = st.builds(Pose2D, lengths, lengths, angles)
-quaternions = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: hypot(*q) > 0.03).map(
-    lambda q: tuple(part / hypot(*q) for part in q))
 
 
 def near(values):
@@ -40,15 +30,14 @@ def test_yaw_turns_left_and_pitch_lowers_the_front():
     assert rotate(from_pitch(pi / 6.0), (1.0, 0.0, 0.0)) == near((cos(pi / 6.0), 0.0, -0.5))
 
 
-@law(12)
-@given(p=quaternions, q=quaternions, v=vectors)
-def test_products_apply_the_right_factor_first(p, q, v):
+def test_products_apply_the_right_factor_first():
+    p, q, v = from_yaw(2.0), from_pitch(-0.7), (3.0, -4.0, 5.0)
     assert rotate(multiply(p, q), v) == near(rotate(p, rotate(q, v)))
+    assert rotate(multiply(q, p), v) == near(rotate(q, rotate(p, v)))
 
 
-@law(12)
-@given(a=plane_poses, b=plane_poses)
-def test_pose_2d_composes_like_pose_and_has_an_inverse(a, b):
+def test_pose_2d_composes_like_pose_and_has_an_inverse():
+    a, b = Pose2D(1.0, -2.0, 4.0), Pose2D(-3.0, 0.5, -1.0)
     x, y, _ = rotate(from_yaw(a.yaw), (b.x, b.y, 0.0))
     assert a.compose(b) == near((a.x + x, a.y + y, a.yaw + b.yaw))
     assert a.compose(a.inverse()) == near((0.0, 0.0, 0.0))

@@ -16,7 +16,7 @@
 
 from math import cos, radians, sin
 
-from laws import PARAMETERS, seconds
+from defaults import PARAMETERS, seconds
 import pytest
 from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.robot_tracking import REST_TIME, RobotTracker

@@ -17,9 +17,9 @@
 from math import dist
 import re
 
+from defaults import REST_Z, seconds
 from driven import PARAMETERS, record_published, SteppedGraph
 from geometry_msgs.msg import Point, Pose, PoseStamped
-from laws import REST_Z, seconds
 from live_nodes import LATCHED, TIMEOUT
 import pytest
 from rclpy.duration import Duration

@@ -81,7 +81,7 @@ def end_of(program):
 
 
 def processor_time(program):
-    """Return the processor time (s) used by a running program, as described in proc_pid_stat(5)."""
+    """Return the processor time (s) that a running program has used (see proc_pid_stat(5))."""
     fields = Path(f'/proc/{program.pid}/stat').read_text().rpartition(')')[2].split()
     user_time, system_time = map(int, fields[11:13])
     return (user_time + system_time) / os.sysconf('SC_CLK_TCK')

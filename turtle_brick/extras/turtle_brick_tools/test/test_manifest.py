@@ -72,8 +72,6 @@ def imports_of(path):
             names.add(node.module)
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
             names.update(f'{node.module}.{alias.name}' for alias in node.names)
-        elif isinstance(node, ast.Call) and ast.unparse(node.func) == 'pytest.importorskip':
-            names.add(ast.literal_eval(node.args[0]))
     return names
 
 

@@ -16,9 +16,10 @@
 from dataclasses import replace
 from math import cos, dist, hypot, pi, sin
 
+from defaults import PARAMETERS
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from laws import law, PARAMETERS
+from laws import law
 from turtle_brick.core.driving import BRAKING_TIME
 from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, nearest_in_arena
 from turtle_brick_tools.simulation import Delays, JITTER, Simulation

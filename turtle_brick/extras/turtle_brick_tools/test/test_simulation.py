@@ -22,9 +22,10 @@ from dataclasses import replace
 from math import cos, dist, exp, inf, log, pi, sin
 from random import Random
 
+from defaults import NS_PER_SECOND, PARAMETERS, seconds
 from hypothesis import given
 from hypothesis import strategies as st
-from laws import law, NS_PER_SECOND, PARAMETERS, seconds
+from laws import law
 import pytest
 from turtle_brick.core.brick_tracking import Fall
 from turtle_brick.core.catch_logic import CENTER, State

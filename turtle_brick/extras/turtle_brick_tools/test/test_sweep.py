@@ -24,7 +24,7 @@ import sys
 from threading import Event
 from time import monotonic
 
-from laws import PARAMETERS
+from defaults import PARAMETERS
 import pytest
 from turtle_brick.core.catch_logic import CENTER
 from turtle_brick.core.parameters import default_path, Parameters

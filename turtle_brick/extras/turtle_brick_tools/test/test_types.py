@@ -16,10 +16,12 @@
 import os
 from pathlib import Path
 
+from mypy import api
 import pytest
 
 EXTRAS = Path(__file__).resolve().parents[2]
-PACKAGES = [str(EXTRAS / name / name) for name in ('turtle_graph', 'turtle_brick_tools')]
+PACKAGES = [str(EXTRAS.parent / 'turtle_brick'), *(
+    str(EXTRAS / name / name) for name in ('turtle_graph', 'turtle_brick_tools'))]
 PROGRAMS = [str(EXTRAS.parent / 'scripts' / name)
             for name in ('make_environment.py', 'record_rviz', 'referee', 'website')]
 
@@ -31,10 +33,9 @@ CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
 @pytest.mark.linter
 @pytest.mark.mypy
 def test_mypy(monkeypatch):
-    # The packages import each other and turtle_brick.
+    # The packages import each other.
     monkeypatch.setenv('MYPYPATH', os.pathsep.join(map(str, (
         EXTRAS.parent, EXTRAS / 'turtle_graph', EXTRAS / 'turtle_brick_tools'))))
-    api = pytest.importorskip('mypy.api', reason='mypy is not installed')
     report, errors, status = api.run(
         ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
          '--scripts-are-modules', '--warn-unused-ignores', *PACKAGES, *PROGRAMS])

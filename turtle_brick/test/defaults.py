@@ -1,0 +1,35 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Values from config/turtle.yaml, and a conversion of times, for the tests."""
+
+from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import resting_height
+from turtle_brick.core.time_steps import NS_PER_SECOND
+from turtle_brick.physics import STEP_NS, World
+
+PARAMETERS = load()
+GRAVITY = PARAMETERS.gravity_accel
+REST_Z = resting_height(PARAMETERS)
+
+
+def make_world() -> World:
+    """Return a world with the configured brick and platform."""
+    world = World(PARAMETERS.brick_start, GRAVITY, PARAMETERS.platform_radius, STEP_NS * 1e-9)
+    world.size, world.thickness = PARAMETERS.brick_size, PARAMETERS.platform_thickness
+    return world
+
+
+def seconds(time: float) -> int:
+    """Convert a time from seconds to nanoseconds."""
+    return round(time * NS_PER_SECOND)
