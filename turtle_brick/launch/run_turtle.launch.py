@@ -15,7 +15,8 @@
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.substitutions import EnvironmentVariable, PathJoinSubstitution, ThisLaunchFileDir
+from launch.substitutions import (EnvironmentVariable, LaunchConfiguration,
+                                  PathJoinSubstitution)
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
@@ -26,17 +27,11 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'rviz_config', default_value='config/run_turtle.rviz',
             description='The rviz2 configuration file, relative to the share directory.'),
-        DeclareLaunchArgument(
-            'view', default_value='rviz', choices=['rviz', 'none'],
-            description='The program that shows the robot: rviz2 (rviz) or none.'),
-        DeclareLaunchArgument(
-            'namespace', default_value='',
-            description='The namespace of all nodes, topics and services, including TF.'),
-        # The included file also sets the namespace of the nodes below. show_turtle.launch.py comes
-        # first because, while launch waits for xacro, Ctrl-C does not stop nodes already started.
         IncludeLaunchDescription(
-            PathJoinSubstitution([ThisLaunchFileDir(), 'show_turtle.launch.py']),
-            launch_arguments=[('use_jsp', 'none')]),
+            PathJoinSubstitution(
+                [FindPackageShare('turtle_brick'), 'launch', 'show_turtle.launch.py']),
+            launch_arguments=[
+                ('rviz_config', LaunchConfiguration('rviz_config')), ('use_jsp', 'none')]),
         Node(
             package='turtlesim',
             executable='turtlesim_node',

@@ -14,11 +14,11 @@
 """Show the turtle robot without a simulation."""
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, GroupAction
-from launch.conditions import IfCondition, UnlessCondition
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition
 from launch.substitutions import (Command, EqualsSubstitution, LaunchConfiguration,
                                   PathJoinSubstitution)
-from launch_ros.actions import Node, PushRosNamespace, SetRemap
+from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
@@ -36,14 +36,6 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'view', default_value='rviz', choices=['rviz', 'none'],
             description='The program that shows the robot: rviz2 (rviz) or none.'),
-        DeclareLaunchArgument(
-            'namespace', default_value='',
-            description='The namespace of all nodes, topics and services, including TF.'),
-        # The following settings also apply to the nodes in the files that include this file.
-        GroupAction(
-            [PushRosNamespace(LaunchConfiguration('namespace')), SetRemap('/tf', 'tf'),
-             SetRemap('/tf_static', 'tf_static')], scoped=False,
-            condition=UnlessCondition(EqualsSubstitution(LaunchConfiguration('namespace'), ''))),
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
@@ -67,8 +59,7 @@ def generate_launch_description():
         Node(
             package='rviz2',
             executable='rviz2',
-            # rviz2 resolves a relative rviz_config against its working directory.
-            cwd=FindPackageShare('turtle_brick'),
-            arguments=['-d', LaunchConfiguration('rviz_config')],
+            arguments=['-d', PathJoinSubstitution(
+                [FindPackageShare('turtle_brick'), LaunchConfiguration('rviz_config')])],
             condition=IfCondition(EqualsSubstitution(LaunchConfiguration('view'), 'rviz'))),
     ])

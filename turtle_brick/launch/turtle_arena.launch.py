@@ -15,7 +15,7 @@
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
-from launch.substitutions import PathJoinSubstitution, ThisLaunchFileDir
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
@@ -26,15 +26,10 @@ def generate_launch_description():
         DeclareLaunchArgument(
             'rviz_config', default_value='config/turtle_arena.rviz',
             description='The rviz2 configuration file, relative to the share directory.'),
-        DeclareLaunchArgument(
-            'view', default_value='rviz', choices=['rviz', 'none'],
-            description='The program that shows the robot: rviz2 (rviz) or none.'),
-        DeclareLaunchArgument(
-            'namespace', default_value='',
-            description='The namespace of all nodes, topics and services, including TF.'),
-        # The included file starts the robot and rviz2, and sets the namespace of the nodes below.
         IncludeLaunchDescription(
-            PathJoinSubstitution([ThisLaunchFileDir(), 'run_turtle.launch.py'])),
+            PathJoinSubstitution(
+                [FindPackageShare('turtle_brick'), 'launch', 'run_turtle.launch.py']),
+            launch_arguments=[('rviz_config', LaunchConfiguration('rviz_config'))]),
         Node(
             package='turtle_brick',
             executable='arena',

@@ -16,13 +16,6 @@
 from hypothesis import settings
 
 
-def make_world() -> World:
-    """Return a world with the configured brick and platform."""
-    world = World(PARAMETERS.brick_start, GRAVITY, PARAMETERS.platform_radius, STEP_NS * 1e-9)
-    world.size, world.thickness = PARAMETERS.brick_size, PARAMETERS.platform_thickness
-    return world
-
-
 def law(examples: int) -> settings:
     """Return Hypothesis settings for a given number of reproducible random examples."""
     return settings(max_examples=examples, derandomize=True, deadline=None)

@@ -13,6 +13,8 @@
 # limitations under the License.
 """Install the package turtle_brick_tools."""
 
+from glob import glob
+
 from setuptools import find_packages, setup
 
 package_name = 'turtle_brick_tools'
@@ -25,6 +27,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
+        (f'share/{package_name}/launch', glob('launch/*.*')),
     ],
     install_requires=['setuptools'],
     extras_require={

@@ -38,18 +38,24 @@ from turtlesim.msg import Pose
 WAIT = 600.0
 
 
-@pytest.mark.parametrize('domain, args, words', [
-    ('abc', '', "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
-    ('233', '', "ROS_DOMAIN_ID is '233'"),
-    ('', '', 'the package no_package is not installed'),
-    ('', '--place 1 2 3 --place 1 2 -3', 'z is -3 m, but must be at least 0.06 m so that the'),
-    ('', '--namespace a', "failed to initialize rcl: Couldn't parse parameter override rule")])
-def test_invalid_input_gives_one_sentence(domain, args, words, monkeypatch, capsys):
-    def start(namespace='', **_):
-        if namespace:
-            rclpy.init(args=['--ros-args', '-p', 'colors:=[1, red]'], context=Context())
-        executable('no_package', 'no_program')
+def start_unknown_program():
+    executable('no_package', 'no_program')
 
+
+def start_with_invalid_arguments():
+    rclpy.init(args=['--ros-args', '-p', 'colors:=[1, red]'], context=Context())
+
+
+@pytest.mark.parametrize('start, domain, args, words', [
+    (start_unknown_program, 'abc', '',
+     "ROS_DOMAIN_ID is 'abc', but must be a whole number from 0 to 232"),
+    (start_unknown_program, '233', '', "ROS_DOMAIN_ID is '233'"),
+    (start_unknown_program, '', '', 'the package no_package is not installed'),
+    (start_unknown_program, '', '--place 1 2 3 --place 1 2 -3',
+     'z is -3 m, but must be at least 0.06 m so that the'),
+    (start_with_invalid_arguments, '', '',
+     "failed to initialize rcl: Couldn't parse parameter override rule")])
+def test_invalid_input_gives_one_sentence(start, domain, args, words, monkeypatch, capsys):
     monkeypatch.setattr(demo, 'Graph', start)
     monkeypatch.setattr(demo, 'handle_interrupts', lambda: None)
     monkeypatch.setenv('ROS_DOMAIN_ID', domain)
@@ -86,7 +92,7 @@ def test_a_process_that_ends_is_a_fault_and_named_with_its_last_line(
     monkeypatch.setattr('turtle_brick_tools.graph.executable', lambda *_: str(viewer))
     with graph(domain_id) as live:
         with pytest.raises(RuntimeError, match='^viewer exited with status 3: no page$'):
-            demo.start_viewer(live, demo.FIRST_PORT)
+            demo.start_viewer(live)
 
 
 def test_only_a_page_that_responds_is_accepted_and_only_a_free_port_chosen(monkeypatch):
@@ -105,7 +111,7 @@ def test_only_a_page_that_responds_is_accepted_and_only_a_free_port_chosen(monke
 
 def test_a_page_that_does_not_respond_is_a_fault(domain_id, monkeypatch, capfd):
     monkeypatch.setattr(demo, 'bricks', lambda *_: [])
-    options = SimpleNamespace(namespace='', drops=1, place=[])
+    options = SimpleNamespace(drops=1, place=[])
     with socket.create_server(('127.0.0.1', 0)) as server, graph(domain_id) as live:
         monkeypatch.setattr(demo, 'PAGE_TIMEOUT', 0.1)
         assert not demo.run_scenario(live, options, load(), server.getsockname()[1])
@@ -176,30 +182,10 @@ def test_all_processes_end_with_the_demo(domain_id, number):
 
 
 def test_publishers_of_a_robot_are_rejected_but_subscribers_are_not(live, monkeypatch):
-    live.listener.create_subscription(Pose, 'arena_1/turtle1/pose', print, 10)
-    live.listener.create_publisher(Pose, 'arena_3/turtle1/pose', 10)
+    live.listener.create_subscription(Pose, 'turtle1/pose', print, 10)
     monkeypatch.setattr(demo, 'DISCOVERY_TIME', 0.5)
-    demo.check_for_other_robots(['arena_1', 'arena_2'])
-    live.listener.create_publisher(Pose, 'arena_2/turtle1/pose', 10)
+    demo.check_for_other_robots()
+    live.listener.create_publisher(Pose, 'turtle1/pose', 10)
     monkeypatch.setattr(demo, 'DISCOVERY_TIME', WAIT)
-    with pytest.raises(DomainError, match=f'domain {live.domain_id} .* arena_2/turtle1/pose'):
-        demo.check_for_other_robots(['arena_1', 'arena_2'])
-
-
-def test_two_arenas_are_separate_and_end_with_the_demo(live):
-    """All topics, including those of TF, are in the namespaces of the arenas."""
-    command = [sys.executable, '-m', 'turtle_brick_tools.demo', '--no-view', '--arenas', '2',
-               *'--place 5.5 5.5 8'.split() * 18]
-    with process(command, live.domain_id, timeout=WAIT) as both:
-        both.wait_for_output('(?s)(brick is falling.*){2}', WAIT)
-
-        def topics():
-            return {name.split('/')[1] for name, _ in live.listener.get_topic_names_and_types()
-                    if live.listener.count_publishers(name)} - {'rosout', 'parameter_events'}
-
-        arenas = {'arena_1', 'arena_2'}
-        live.spin_until(lambda: topics() >= arenas, WAIT, 'both are discovered')
-        assert topics() == arenas
-        both.send(signal.SIGTERM)
-        live.spin_until(lambda: not topics(), WAIT, 'all nodes have ended')
-        assert ' dropped: ' not in both.output, 'the arenas end before the last drop'
+    with pytest.raises(DomainError, match=f'domain {live.domain_id} .* turtle1/pose'):
+        demo.check_for_other_robots()

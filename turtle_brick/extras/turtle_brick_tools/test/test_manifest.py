@@ -32,7 +32,8 @@ KEYS = {'PIL': 'python3-pil', 'tf2_ros': 'tf2_ros_py', **{name: f'python3-{name}
     'yaml')}}
 """Rosdep keys that differ from the names of the imported modules."""
 
-NOT_IMPORTED = {'turtle_brick': {'launch_xml', 'ros2launch', 'xacro'}}
+NOT_IMPORTED = {'turtle_brick': {'launch_xml', 'ros2launch', 'xacro'},
+                'turtle_brick_tools': {'launch_xml', 'ros2launch'}}
 """Packages that the launch files require, but that no module imports."""
 
 WITHOUT_KEY = {'msgspec', 'viser', 'websockets'}

@@ -63,6 +63,7 @@ ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
 LASTING = {
     'ros2 launch turtle_brick show_turtle': 'Robot initialized',
+    'ros2 launch turtle_brick_tools namespaced_arena': 'Waiting for the brick',
     'ros2 run turtle_graph viewer': 'http://',
     'ros2 run turtlesim turtlesim_node': 'Spawning turtle',
     'ros2 topic hz': 'average rate: ',

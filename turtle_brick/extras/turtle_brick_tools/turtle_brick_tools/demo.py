@@ -15,8 +15,7 @@
 """
 demo: run the whole graph in one process and drop bricks.
 
-By default, the demo drops two bricks: one that can be caught and one that cannot. With --arenas N,
-the demo runs N arenas in parallel, each in its own process and namespace.
+By default, the demo drops two bricks: one that can be caught and one that cannot.
 
 The exit status is 0 if the catcher accepted every brick for which a catch is guaranteed, and the
 robot caught every accepted brick and tipped it off the platform, while all nodes ran and the page
@@ -32,7 +31,6 @@ from math import cos, inf, pi, sin
 import os
 from random import Random
 import socket
-import subprocess
 import sys
 from typing import Any
 import webbrowser
@@ -46,7 +44,6 @@ from turtle_brick.core.turtlesim_kinematics import ARENA_SIZE, nearest_in_arena
 from turtle_brick_tools import positive_int
 from turtle_brick_tools.graph import Graph
 from turtle_brick_tools.simulation import guaranteed_distance, guaranteed_distance_to, make_world
-from turtle_graph.client.children import end_with_parent
 from turtle_graph.client.client import GraphClient
 from turtle_graph.client.domains import (DomainError, DOMAINS, is_empty, LAST_DOMAIN,
                                          reserved_domain, restrict_to_localhost)
@@ -54,7 +51,7 @@ from turtle_graph.client.drops import DropWatch
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Record
-from turtle_graph.client.spinning import handle_interrupts, INTERRUPTED, LONGEST_WAIT
+from turtle_graph.client.spinning import handle_interrupts
 
 START_TIMEOUT = 30.0
 """Timeout (s) for starting the graph."""
@@ -76,9 +73,7 @@ KEPT_MESSAGES = 1000
 """Maximum number of earlier messages kept per topic when a drop starts."""
 
 FIRST_PORT = 8080
-"""Port of the first arena's viewer. Each additional arena uses the next higher port number."""
-
-KEEPS_RUNNING = 'The graph keeps running until you press Ctrl-C.'
+"""Port of the page, or if it is not free, the first of the ports to try."""
 
 ROBOT_TOPICS = ('turtle1/pose', 'turtle1/cmd_vel', 'cmd_vel', 'odom', 'brick_marker')
 """Topics published only by turtlesim, a robot or an arena."""
@@ -104,16 +99,16 @@ def choose_domain() -> Iterator[bool]:
         yield not local
 
 
-def check_for_other_robots(namespaces: Sequence[str]) -> None:
-    """Raise DomainError if another robot is running in one of the namespaces."""
-    topics = [f'{name}/{topic}' for name in namespaces for topic in ROBOT_TOPICS]
+def check_for_other_robots() -> None:
+    """Raise DomainError if another robot is running in the ROS domain."""
     with Graph() as graph, suppress(TimeoutError):
         node = graph.add(Node, parameters=False, node_name='other_robot_check')
-        graph.spin_until(lambda: any(map(node.count_publishers, topics)), DISCOVERY_TIME, '')
+        graph.spin_until(lambda: any(map(node.count_publishers, ROBOT_TOPICS)), DISCOVERY_TIME, '')
+        published = filter(node.count_publishers, ROBOT_TOPICS)
         raise DomainError(
             f'another robot is running in ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0} '
-            f'(published topics: {", ".join(filter(node.count_publishers, topics))}); stop it, '
-            'or choose another ROS_DOMAIN_ID')
+            f'(published topics: {", ".join(published)}); stop it, or '
+            'choose another ROS_DOMAIN_ID')
 
 
 def faults(watch: DropWatch, guaranteed: float) -> list[str]:
@@ -152,7 +147,7 @@ def bricks(options: argparse.Namespace, client: GraphClient,
            parameters: Parameters) -> Iterator[Vector]:
     """Yield the brick positions (m) selected by the command-line options."""
     if options.drops:
-        random = Random(f'{options.namespace}{options.seed}')
+        random = Random(options.seed)
         for _ in range(options.drops):
             yield random_brick(random, client, parameters, 0.2, 1.2)
     elif options.place:
@@ -189,7 +184,6 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
     client = GraphClient(graph, observer)
     graph.spin_until(lambda: not client.missing(), START_TIMEOUT,
                      'turtlesim, robot, arena and catcher are connected')
-    prefix = f'{options.namespace}: ' if options.namespace else ''
     watches, faulty = [], 0
     for brick in bricks(options, client, parameters):
         client.place(brick, HOVERING_TIME).check()
@@ -200,18 +194,16 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
         watches.append(watch)
         found = faults(watch, guaranteed_distance_to(brick, parameters))
         for fault in found:
-            print(f'{prefix}FAULT: {fault}\n', end='', flush=True)
+            print(f'FAULT: {fault}', flush=True)
         if found:
             faulty += 1
     if page_port is not None and not responds(page_port):
         faulty += 1
-        print(f'{prefix}FAULT: the page http://127.0.0.1:{page_port} does not respond\n', end='',
-              flush=True)
+        print(f'FAULT: the page http://127.0.0.1:{page_port} does not respond', flush=True)
     caught = [watch.caught for watch in watches]
     refused = [watch for watch in watches if watch.refusals]
-    # Print the newline with the text so that lines from several processes stay separate.
-    print(f'{prefix}{len(watches)} dropped: {sum(caught)} caught, {len(refused)} Unreachable, '
-          f'{faulty} faulty\n', end='', flush=True)
+    print(f'{len(watches)} dropped: {sum(caught)} caught, {len(refused)} Unreachable, '
+          f'{faulty} faulty', flush=True)
     graph.remove(observer)  # Stop recording messages.
     if options.drops or options.place:
         return faulty == 0
@@ -235,12 +227,10 @@ def responds(port: int) -> bool:
     return False
 
 
-def start_viewer(graph: Graph, first_port: int) -> int:
+def start_viewer(graph: Graph) -> int:
     """Start the viewer, open its page if a display is available, and return the page's port."""
-    port = free_port(first_port)
-    prefix = f'{graph.namespace}: ' if graph.namespace else ''
-    graph.add_process('turtle_graph', 'viewer', '--ros-args', '-p', f'port:={port}',
-                      listener=lambda line: sys.stderr.write(prefix + line))
+    port = free_port(FIRST_PORT)
+    graph.add_process('turtle_graph', 'viewer', '--ros-args', '-p', f'port:={port}')
     address = f'http://127.0.0.1:{port}'
     graph.spin_until(lambda: responds(port), START_TIMEOUT, f'the page {address} responds')
     display = os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')
@@ -263,43 +253,18 @@ def is_interactive() -> bool:
 
 
 def run(options: argparse.Namespace, parameters: Parameters) -> int:
-    """Run the demo in one arena and return the exit status."""
-    with Graph(namespace=options.namespace, tf_inside=bool(options.namespace)) as graph:
-        page_port = None if options.no_view else start_viewer(graph, options.port)
+    """Run the demo in the selected ROS domain and return the exit status."""
+    with Graph() as graph:
+        page_port = None if options.no_view else start_viewer(graph)
         good = run_scenario(graph, options, parameters, page_port)
         if is_interactive():
-            if not options.namespace:
-                print(KEEPS_RUNNING)
+            print('The graph keeps running until you press Ctrl-C.')
             with suppress(KeyboardInterrupt):
                 graph.spin_until(lambda: False, inf, 'Ctrl-C')
     return 0 if good else 1
 
 
-def run_arenas(names: Sequence[str], args: Sequence[str]) -> int:
-    """Run the demo in several namespaces in parallel, with one process per namespace."""
-    if is_interactive():
-        print(KEEPS_RUNNING, flush=True)
-    command = [sys.executable, '-m', 'turtle_brick_tools.demo', *args]
-    # A process in a new session does not receive Ctrl-C from the terminal.
-    arenas = [subprocess.Popen([*command, '--namespace', name, '--port', str(FIRST_PORT + number)],
-                               start_new_session=True, preexec_fn=end_with_parent)
-              for number, name in enumerate(names)]
-    try:
-        for arena in arenas:
-            while arena.poll() is None:
-                with suppress(subprocess.TimeoutExpired):
-                    arena.wait(LONGEST_WAIT)
-                if INTERRUPTED.is_set():
-                    raise KeyboardInterrupt
-    finally:
-        for arena in arenas:
-            arena.terminate()
-        for arena in arenas:
-            arena.wait()
-    return 1 if any(arena.returncode for arena in arenas) else 0
-
-
-def parse(args: Sequence[str]) -> argparse.Namespace:
+def parse(args: Sequence[str] | None) -> argparse.Namespace:
     """Parse the command line."""
     parser = argparse.ArgumentParser(
         prog='demo', description='Run the whole graph in one process and drop bricks.')
@@ -313,19 +278,12 @@ def parse(args: Sequence[str]) -> argparse.Namespace:
         help='drop N bricks from random positions instead of the two default positions')
     parser.add_argument('--seed', type=int, default=1, metavar='N',
                         help='seed for the random positions (default: 1)')
-    parser.add_argument(
-        '--arenas', type=positive_int, default=1, metavar='N',
-        help='run N arenas in parallel in the namespaces arena_1, arena_2, ...; each requires '
-        'half a core or more')
     parser.add_argument('--no-view', action='store_true', help='do not start the browser viewer')
-    parser.add_argument('--namespace', default='', help=argparse.SUPPRESS)
-    parser.add_argument('--port', type=int, default=FIRST_PORT, help=argparse.SUPPRESS)
     return parser.parse_args(args)
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo and return the exit status."""
-    args = sys.argv[1:] if args is None else args
     options = parse(args)
     handle_interrupts()
     try:
@@ -333,13 +291,10 @@ def main(args: Sequence[str] | None = None) -> int:
         world = make_world(parameters)
         for position in options.place:
             world.brick = position  # The setter checks the position.
-        if options.namespace:
-            return run(options, parameters)
-        names = [f'arena_{number + 1}' for number in range(options.arenas)]
         with choose_domain() as shared:
             if shared:
-                check_for_other_robots(names if len(names) > 1 else [''])
-            return run_arenas(names, args) if len(names) > 1 else run(options, parameters)
+                check_for_other_robots()
+            return run(options, parameters)
     except KeyboardInterrupt:
         return 0
     except (PackageNotFoundError, RuntimeError, TimeoutError, ValueError) as error:

@@ -17,9 +17,9 @@
 import signal
 import sys
 
+from ament_index_python.packages import get_package_share_path
 from live_graph import observe, process, PROGRAM, results, TIMEOUT
 from test_launch_files import LAUNCH
-from turtle_brick.core.parameters import default_path
 from turtle_brick_tools.graph import Graph
 from turtle_graph.referee.referee import RULES
 from turtle_graph.referee.rules.rule import FAILED, MET
@@ -27,7 +27,7 @@ from turtle_graph.referee.rules.rule import FAILED, MET
 
 def test_turtle_arena_meets_every_requirement(domain_id):
     """The referee judges a graph that runs in a namespace. Then Ctrl-C stops all nodes."""
-    path = default_path().parents[1] / 'launch' / 'turtle_arena.launch.py'
+    path = get_package_share_path('turtle_brick_tools') / 'launch' / 'namespaced_arena.launch.py'
     command = f'{path} view:=none namespace:=judged sigterm_timeout:=120'
     with process([sys.executable, '-c', LAUNCH, command], domain_id, stop=None) as launching:
         launching.wait_for_output('Waiting for the brick', TIMEOUT)
