@@ -41,6 +41,9 @@ ADJUSTABLE = ('max_velocity', 'gravity_accel', 'platform_radius', 'tilt_angle')
 MAX_HEIGHT = 10.0
 """Maximum height (m) of the brick."""
 
+MAX_VELOCITY = 10.0
+"""Upper end (m/s) of the slider for max_velocity."""
+
 HINTS = {
     Phase.FLOATING: 'The assignment requires that a brick that has left the platform floats.',
     Phase.GROUNDED: 'The assignment requires that the brick is always inclined like the platform.'}
@@ -85,6 +88,8 @@ class WebArena:
             'tilt': ParameterRule('Angle of the platform', 'rad', -tilt, tilt)}
         for name in ADJUSTABLE:
             rule = PARAMETER_RULES[name]
+            if name == 'max_velocity':
+                rule = rule._replace(upper=MAX_VELOCITY)
             self.rules[name] = rule._replace(lower=self._valid_limit(name, rule.lower),
                                              upper=self._valid_limit(name, rule.upper))
 

@@ -103,9 +103,6 @@ def test_impossible_dimensions_are_refused_with_one_sentence(tmp_path):
     height = refusal_of(tmp_path, platform_height=0.9)
     assert re.search(r'In /\S*\.yaml, platform_height is 0.9 m, but must be at least 0.991597 m '
                      'so that', height)
-    radius = refusal_of(tmp_path, platform_radius=0.05)
-    assert re.search(r'In /\S*\.yaml, platform_radius is 0.05 m, but with wheel_radius 0.2 m it '
-                     'must be from', radius)
     for wrong in ('0,2', -0.2, nan):
         value = refusal_of(tmp_path, wheel_radius=wrong)
         assert re.search(rf'In /\S*\.yaml, wheel_radius is {wrong}, but must be a positive number',
@@ -115,6 +112,18 @@ def test_impossible_dimensions_are_refused_with_one_sentence(tmp_path):
     with pytest.raises(xacro.XacroException, match='wheel_radius is missing in the parameter file'
                        '. Did you misspell it.*wheel_raduis'):
         xacro.process_file(str(XACRO), mappings={'params_file': str(path)})
+
+
+@pytest.mark.parametrize('name, value', [
+    *(('platform_height', height) for height in (1.06, 1.1, 1.3, 1.6, 2.0, 3.0)),
+    *(('wheel_radius', radius) for radius in (0.05, 0.1, 0.2, 0.3, 0.4))])
+def test_robot_is_recognizable_if_one_parameter_changes(tmp_path, name, value):
+    solids = process(tmp_path, **{name: value}).solids
+    _, (side, _, _), _ = solids['base_link']
+    _, (post_radius, post_length), _ = solids['post']
+    assert 0.1 <= side <= 0.5
+    assert post_radius >= 0.02 and post_length >= 0.5
+    assert post_radius < solids['stem'][1][0] * 2 < side
 
 
 def test_links_and_joints_of_the_assignment(robot):
@@ -167,7 +176,8 @@ def test_geometry_follows_from_the_parameters(tmp_path, wheel, radius, thickness
     assert robot.extent('post', UP) == pytest.approx(hinge, abs=1e-9)
 
     cube_bottom, cube_top = -robot.extent('base_link', DOWN), robot.extent('base_link', UP)
-    assert cube_top - cube_bottom >= min(0.025, wheel, radius)
+    assert cube_top - cube_bottom >= 0.035
+    assert robot.solids['post'][1][0] >= 0.07 * min(radius, cube_top - cube_bottom)
     for angle in (atan2(radius, -thickness), *(number * pi / 6 for number in range(-6, 7))):
         assert -robot.extent('platform', DOWN, platform_joint=angle) > cube_top
     assert -robot.extent('post', DOWN) == pytest.approx(cube_top, abs=1e-9)

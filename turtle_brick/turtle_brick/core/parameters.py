@@ -119,7 +119,7 @@ PARAMETER_RULES = {
     'platform_radius': ParameterRule('Radius of the platform', 'm', 0.01, 10),
     'platform_thickness': ParameterRule('Thickness of the platform', 'm', 0.001, 10),
     'wheel_radius': ParameterRule('Radius of the wheel', 'm', 0.01, 10),
-    'max_velocity': ParameterRule('Maximum translational speed of the robot', 'm/s', 0.01, 10),
+    'max_velocity': ParameterRule('Maximum translational speed of the robot', 'm/s', 0.01, 1000),
     'command_latency': ParameterRule(
         'Maximum time from a decision of the catcher until the arena sees the robot move', 's',
         0, 10),
