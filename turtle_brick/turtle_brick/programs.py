@@ -13,32 +13,28 @@
 # limitations under the License.
 """Start the nodes. Ctrl-C while the modules of a node are imported ends the node quietly."""
 
+from importlib import import_module
 import os
 import signal
 
 
 def arena() -> None:
     """Run the arena."""
-    _end_quietly_during_imports()
-    from turtle_brick.arena import main
-    main()
+    run('turtle_brick.arena')
 
 
 def catcher() -> None:
     """Run the catcher."""
-    _end_quietly_during_imports()
-    from turtle_brick.catcher import main
-    main()
+    run('turtle_brick.catcher')
 
 
 def turtle_robot() -> None:
     """Run turtle_robot."""
-    _end_quietly_during_imports()
-    from turtle_brick.turtle_robot import main
-    main()
+    run('turtle_brick.turtle_robot')
 
 
-def _end_quietly_during_imports() -> None:
-    # The imports take one second. Afterwards, `run_node` replaces these handlers.
+def run(module: str) -> None:
+    """Import a module, which takes one second, and call its function main."""
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: os._exit(0))
+        signal.signal(number, lambda *_: os._exit(0))  # until `run_node` replaces the handlers
+    import_module(module).main()

@@ -42,8 +42,7 @@ WITHOUT_KEY = {'msgspec', 'viser', 'websockets'}
 MAY_IMPORT = {
     'turtle_brick/core': ['turtle_brick.core'],
     'turtle_brick/physics.py': ['turtle_brick.core'],
-    'turtle_brick/programs.py': ['turtle_brick.arena', 'turtle_brick.catcher',
-                                 'turtle_brick.turtle_robot'],
+    'turtle_brick/programs.py': [],
     'turtle_brick/ros': ['turtle_brick.core', 'turtle_brick.ros'],
     **{f'turtle_brick/{name}.py': ['turtle_brick.physics', 'turtle_brick.core', 'turtle_brick.ros']
        for name in ('arena', 'catcher', 'turtle_robot')},
