@@ -90,7 +90,6 @@ def test_missing_and_misspelled_parameters_are_reported():
     ('tilt_angle: 0.7', '', 'missing parameters: tilt_angle'),
     ('tilt_angle: 0.7', 'tilt_angle: 1e-1', "tilt_angle is '1e-1', but must be a number from 0.05 "
      'to 1.5 rad'),
-    ('tilt_angle: 0.7', 'tilt_angle: 0.7\n    tilt_angle: 1', 'tilt_angle appears again in line'),
     ('/**:', 'arena:', "there are no parameters under '/**: ros__parameters:'"),
 ])
 def test_error_in_a_file_is_reported_with_its_path(tmp_path, before, after, words):

@@ -160,9 +160,7 @@ def read_values(path: str | Path) -> dict[Any, Any]:
     """Read the unchecked values in a parameter file, or raise ParameterError."""
     import yaml  # Nodes do not need PyYAML.
     try:
-        text = Path(path).read_text(encoding='utf-8')
-        _refuse_duplicate_keys(yaml.compose(text, yaml.SafeLoader))
-        section = yaml.safe_load(text)
+        section = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
     except OSError as error:
         raise ParameterError(error.strerror) from error
     except (UnicodeDecodeError, yaml.YAMLError) as error:
@@ -173,14 +171,3 @@ def read_values(path: str | Path) -> dict[Any, Any]:
     if not isinstance(section, dict):
         raise ParameterError("there are no parameters under '/**: ros__parameters:'")
     return section
-
-
-def _refuse_duplicate_keys(node: Any) -> None:
-    """Raise ParameterError if a key appears twice in a mapping of a composed YAML document."""
-    keys = []
-    for key, value in node.value if node is not None and node.id == 'mapping' else ():
-        if key.value in keys:
-            raise ParameterError(f'{key.value} appears again in line {key.start_mark.line + 1}. '
-                                 'Remove one of the two lines.')
-        keys.append(key.value)
-        _refuse_duplicate_keys(value)

@@ -17,8 +17,8 @@ Check a parameter file, by default config/turtle.yaml, before any node reads it.
 
     python3 -m turtle_brick_tools.check_parameters [FILE]
 
-In addition to the ranges of all parameters, this program checks the notation of numbers, which
-rclpy and PyYAML do not read alike.
+In addition to the ranges of all parameters, this program checks that no name appears twice, and
+the notation of numbers, which rclpy and PyYAML do not read alike.
 """
 
 from math import isfinite
@@ -28,6 +28,18 @@ from typing import Any
 
 from turtle_brick.core.parameters import (default_path, ParameterError, Parameters,
                                           read_values)
+import yaml
+
+
+def check_names(node: yaml.Node) -> None:
+    """Raise ParameterError if a key appears twice in a mapping of a composed YAML document."""
+    names = []
+    for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+        if key.value in names:
+            raise ParameterError(f'{key.value} appears again in line {key.start_mark.line + 1}. '
+                                 'Remove one of the two lines.')
+        names.append(key.value)
+        check_names(value)
 
 
 def check_notation(name: str, value: Any) -> None:
@@ -50,6 +62,7 @@ def main() -> int:
     path = Path(sys.argv[1]) if sys.argv[1:] else default_path()
     try:
         values = read_values(path)
+        check_names(yaml.compose(path.read_text(encoding='utf-8'), yaml.SafeLoader))
         for name, value in values.items():
             check_notation(name, value)
         Parameters.from_mapping(values)
