@@ -1,0 +1,69 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+
+"""Test that the graph recovers when a node is killed and started again."""
+
+from contextlib import AbstractContextManager
+
+from live_graph import LATCHED, LiveGraph, NodeProcess, process, TIMEOUT
+from live_nodes import Recording
+import pytest
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from turtle_brick_interfaces.srv import Place
+from turtle_brick_tools.graph import executable
+
+BRICK = (3.0, 5.0, 20.0)
+"""Position (m) from which a brick is easy to catch, even on a busy machine."""
+
+
+def start(name: str, live: LiveGraph) -> AbstractContextManager[NodeProcess]:
+    command = [executable('turtle_brick', name), '--ros-args', '--params-file',
+               str(live.params_file)]
+    return process(command, live.domain_id, stop=None)
+
+
+@pytest.mark.parametrize(('killed', 'state'), [
+    ('catcher', 'falling'), ('catcher', 'riding'), ('arena', 'falling'), ('arena', 'riding')])
+def test_the_next_brick_is_caught_after_a_node_was_killed(live, killed, state):
+    brick_state = live.record('brick_state', String, LATCHED)
+    catcher_state = live.record('catcher_state', String, LATCHED)
+
+    def wait_for(states: Recording, expected: str) -> None:
+        live.wait_for(lambda: states.last and states.last.data == expected, TIMEOUT, expected)
+
+    def drop() -> None:
+        request = Place.Request()
+        location = request.location
+        location.x, location.y, location.z = BRICK
+        live.wait_for(lambda: live.call('place', Place, request).success, TIMEOUT, 'place')
+        wait_for(brick_state, 'hovering')
+        wait_for(catcher_state, 'waiting')
+        live.wait_for(lambda: live.call('drop', Trigger).success, TIMEOUT, 'drop')
+        wait_for(brick_state, 'falling')
+
+    live.add_turtlesim()
+    live.add_robot_state_publisher()
+    live.add_robot()
+    kept = live.add_arena if killed == 'catcher' else live.add_catcher
+    kept()
+    with start(killed, live) as node:
+        drop()
+        wait_for(brick_state, state)
+        node.kill()
+    (catcher_state if killed == 'catcher' else brick_state).clear()
+    with start(killed, live):
+        drop()
+        wait_for(brick_state, 'riding')
+        wait_for(brick_state, 'floating')
