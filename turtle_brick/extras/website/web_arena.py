@@ -14,35 +14,33 @@
 
 """Simulate the arena for the web page, which loads this module with Pyodide."""
 
-import builtins
-from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
 import json
 import math
-from pkgutil import get_data
+from pathlib import Path
 from random import Random
-import re
-from types import SimpleNamespace
-from typing import Any
-from xml.etree.ElementTree import Element, fromstring, tostring
+from tempfile import gettempdir
 
 from turtle_brick.core.catch_logic import State
 from turtle_brick.core.driving import Driver
 from turtle_brick.core.odometry import Odometer
-from turtle_brick.core.parameters import PARAMETER_RULES, ParameterRule, Parameters
+from turtle_brick.core.parameters import (default_path, load, PARAMETER_RULES, ParameterRule,
+                                          Parameters)
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TurtlePose
 from turtle_brick.physics import Phase
 from turtle_brick_tools.simulation import guaranteed_distance, JITTER, Simulation
+import xacro
+import yaml
 
 ADJUSTABLE = ('max_velocity', 'gravity_accel', 'platform_radius', 'tilt_angle')
 """Parameters with a slider."""
 
+LIMITS = {'max_velocity': (0.01, 10.0), 'platform_radius': (0.1, 1.0)}
+"""Limits of the sliders whose parameters accept more values than are useful on the page."""
+
 MAX_HEIGHT = 10.0
 """Maximum height (m) of the brick."""
-
-MAX_VELOCITY = 10.0
-"""Upper end (m/s) of the slider for max_velocity."""
 
 HINTS = {
     Phase.FLOATING: 'The assignment requires that a brick that has left the platform floats.',
@@ -52,8 +50,11 @@ HINTS = {
 PLOT_TIME = 6.0
 """Duration (s) of the plots."""
 
-XACRO = '{http://www.ros.org/wiki/xacro}'
-"""Namespace of the xacro tags."""
+XACRO = default_path().parents[1] / 'urdf' / 'turtle.urdf.xacro'
+"""Path of the robot description."""
+
+PARAMETERS = Path(gettempdir(), 'web_arena.yaml')
+"""Path of the parameter file that the robot description reads."""
 
 
 class WebDriver(Driver):
@@ -70,13 +71,12 @@ class WebArena:
     """One arena with a robot and a brick."""
 
     def __init__(self) -> None:
-        data = json.loads(get_data('turtle_brick', 'robot.json') or '')
-        self.defaults, self.xacro = data['parameters'], data['xacro']
+        self.defaults = load()
         self.random = Random()
         self.counts = {'caught': 0, 'refused': 0, 'missed': 0}
         self.form: dict[str, str] = {}
-        self.placed = tuple(self.defaults['brick_start'])
-        self.start(Parameters.from_mapping(self.defaults), (ARENA_CENTER, ARENA_CENTER, 0.0))
+        self.placed = self.defaults.brick_start
+        self.start(self.defaults, (ARENA_CENTER, ARENA_CENTER, 0.0))
         # Browsers round slider limits, but `update` rejects values beyond the exact limits.
         width = math.floor(100.0 * ARENA_SIZE) / 100.0
         lowest = math.ceil(100.0 * resting_height(self.parameters)) / 100.0
@@ -88,27 +88,12 @@ class WebArena:
             'tilt': ParameterRule('Angle of the platform', 'rad', -tilt, tilt)}
         for name in ADJUSTABLE:
             rule = PARAMETER_RULES[name]
-            if name == 'max_velocity':
-                rule = rule._replace(upper=MAX_VELOCITY)
-            self.rules[name] = rule._replace(lower=self._valid_limit(name, rule.lower),
-                                             upper=self._valid_limit(name, rule.upper))
-
-    def _valid_limit(self, name: str, limit: float) -> float:
-        """Move a parameter's limit to the nearest value that the robot description accepts."""
-        valid, invalid, tried = self.defaults[name], limit, limit
-        for _ in range(10):
-            try:
-                expand_xacro(self.xacro, {**asdict(self.parameters), name: tried})
-            except ValueError:
-                invalid = tried
-            else:
-                valid = tried
-            tried = (valid + invalid) / 2.0
-        return valid
+            lower, upper = LIMITS.get(name, (rule.lower, rule.upper))
+            self.rules[name] = rule._replace(lower=lower, upper=upper)
 
     def start(self, parameters: Parameters, turtle: tuple[float, float, float]) -> None:
         """Start a simulation with the turtle at x, y (m) and theta (rad)."""
-        self.urdf = expand_xacro(self.xacro, asdict(parameters))
+        self.urdf = describe_robot(parameters)
         self.parameters = parameters
         self.simulation = Simulation(parameters, self.random.randrange(10 ** 6), JITTER, turtle)
         self.simulation.driver = self.driver = WebDriver(parameters.max_velocity)
@@ -130,7 +115,7 @@ class WebArena:
 
     def constants(self) -> str:
         """Return the sliders (name, label, limits, value) and scene dimensions (m) as JSON."""
-        values = {**dict(zip('xyz', self.placed)), 'tilt': 0.0, **self.defaults}
+        values = {**dict(zip('xyz', self.placed)), 'tilt': 0.0, **asdict(self.defaults)}
         sliders = [
             (name, f'{rule.description} ({rule.unit})', rule.lower, rule.upper, values[name])
             for name, rule in self.rules.items()]
@@ -246,53 +231,14 @@ def _number(text: str) -> float | str:
         return text
 
 
-def expand_xacro(text: str, parameters: Mapping[str, Any]) -> str:
+def describe_robot(parameters: Parameters) -> str:
     """
-    Expand the properties, macros, conditions and expressions in xacro text, and return the URDF.
+    Return the URDF of a robot.
 
-    :raises ValueError: if the xacro text rejects the parameters by calling `xacro.fatal`
+    :raises ValueError: if the robot description rejects the parameters
     """
-    xacro = SimpleNamespace(arg=str, fatal=_refuse, load_yaml=lambda path: {
-        '/**': {'ros__parameters': parameters}})
-    robot = fromstring(text)
-    robot[:] = list(_expand_children(robot, {'math': math, 'python': builtins, 'xacro': xacro}))
-    return tostring(robot, encoding='unicode')
-
-
-def _refuse(reason: str) -> None:
-    raise ValueError(reason)
-
-
-def _expand_children(parent: Element, scope: dict[str, Any]) -> Iterator[Element]:
-    """Yield the expanded children of an element, and add its properties to the scope."""
-    for child in parent:
-        attributes = {key: _evaluate(value, scope) for key, value in child.items()}
-        name = attributes.get('name', '')
-        if not child.tag.startswith(XACRO):
-            element = Element(child.tag, {key: str(value) for key, value in attributes.items()})
-            element.extend(list(_expand_children(child, scope)))
-            yield element
-        elif child.tag == f'{XACRO}property':
-            scope[name] = attributes['value']
-        elif child.tag == f'{XACRO}macro':
-            scope[f'{XACRO}{name}'] = child
-        elif child.tag in (f'{XACRO}if', f'{XACRO}unless'):
-            if bool(attributes['value']) == (child.tag == f'{XACRO}if'):
-                _evaluate((child.text or '').strip(), scope)
-                yield from _expand_children(child, scope)
-        elif child.tag == f'{XACRO}insert_block':
-            yield from scope[f'*{name}']
-        elif child.tag in scope:
-            macro, arguments = scope[child.tag], {}
-            for key, default in re.findall(r"(\*?\w+)(?::='(.*?)')?", macro.attrib['params']):
-                arguments[key] = (list(_expand_children(child, scope)) if key[0] == '*'
-                                  else attributes.get(key, default))
-            yield from _expand_children(macro, {**scope, **arguments})
-
-
-def _evaluate(text: str, scope: dict[str, Any]) -> Any:
-    """Evaluate the expressions in a string, and return the result as a number if possible."""
-    if whole := re.fullmatch(r'\${([^{}]*)}', text):
-        return eval(whole[1], scope)
-    value = re.sub(r'\${(.*?)}', lambda match: str(eval(match[1], scope)), text)
-    return json.loads(value) if re.fullmatch(r'-?\d+(\.\d+)?', value) else value
+    PARAMETERS.write_text(yaml.safe_dump({'/**': {'ros__parameters': asdict(parameters)}}))
+    try:
+        return xacro.process_file(str(XACRO), mappings={'params_file': str(PARAMETERS)}).toxml()
+    except xacro.XacroException as error:
+        raise ValueError(error.args[0]) from error
