@@ -27,7 +27,7 @@ from turtle_brick_tools import check_parameters
     ('wheel_radius: 0.2', 'wheel_radius: .inf',
      'wheel_radius is inf, but must be a number from 0.01 to 10 m'),
     ('    tilt_angle: 0.7', '    tilt_angle: 0.7\n    tilt_angle: 1.0',
-     'tilt_angle appears again in line 17. Remove one of the two lines.'),
+     'tilt_angle appears again in line 16. Remove one of the two lines.'),
     ('/**:', 'arena:', "there are no parameters under '/**: ros__parameters:'"),
 ])
 def test_problem_of_a_file_is_printed_with_its_path(

@@ -50,7 +50,8 @@ MAY_IMPORT = {
     'test': ['turtle_brick'],
     'extras/turtle_graph/turtle_graph/client': ['turtle_graph.client'],
     'extras/turtle_graph/turtle_graph/view': ['turtle_graph.view', 'turtle_graph.client'],
-    'extras/turtle_graph/turtle_graph/referee': ['turtle_graph.referee', 'turtle_graph.client'],
+    'extras/turtle_graph/turtle_graph/referee': ['turtle_graph.referee', 'turtle_graph.client',
+                                                 'turtle_graph.programs'],
     'extras/turtle_graph/turtle_graph/programs.py': [],
     'extras/turtle_graph/test': ['turtle_graph'],
     'extras/turtle_brick_tools/turtle_brick_tools': [
