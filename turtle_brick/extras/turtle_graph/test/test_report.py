@@ -20,14 +20,14 @@ from xml.etree import ElementTree
 
 import pytest
 from turtle_graph.client.profiles import Profile, similar_names
-from turtle_graph.client.record import OVERLOADED, Record
+from turtle_graph.client.record import LOADED, Record
 from turtle_graph.referee import referee, report
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
 JUDGMENTS = [
     Judgment('b', 'ж', 'ö', FAILED, '-' * 300, Plot('Empty', '', '', ([], []), ([], []))),
     Judgment('d', '', '', FAILED, 'wrong', follows=['b']),
-    Judgment('c', '', '', OPEN, '50 Hz; not judged: the machine was overloaded in 1 of 9 trials'),
+    Judgment('c', '', '', OPEN, f'not judged: {LOADED} in 1 of 9 trials'),
     Judgment('e', '', '', OPEN, 'no data'),
     Judgment('a', 'words <b> & "more"', 'x [red]', MET, '1 < 2 & [bold]3[/bold]', Plot(
         'Title <&>', 'x (m)', 'y & z', ([0.0, 1.0, nan], [1.0, inf, 2.0]),
@@ -64,15 +64,16 @@ def test_a_crashed_node_is_a_failure_even_if_all_requirements_are_met():
 def test_the_terminal_repeats_what_is_not_met(capsys):
     more = [one._replace(name=f'{one.name} 2') for one in (JUDGMENTS[1], JUDGMENTS[3])]
     report.print_judgments([*JUDGMENTS, *more], {
-        'crashes': ['arena crashed: E'], 'notes': ['ö'], 'overload': OVERLOADED, 'domain': '7'})
+        'crashes': ['arena crashed: E'], 'notes': ['ö'], 'load': LOADED,
+        'machine': 'load 1.0', 'domain': '7'})
     table, _, repeated = capsys.readouterr().out.partition('\n\n')
-    assert table.splitlines()[:2] == [f'{FAILED} arena crashed: E', 'note: ö']
+    assert table.splitlines()[:3] == ['load 1.0', f'{FAILED} arena crashed: E', 'note: ö']
     assert '[bold]3[/bold]' in table and 'x [red]' in table
     assert repeated.splitlines() == [
         f'{FAILED} b: {"-" * 300}', f'{FAILED} d, d 2: may follow from: b',
         f'{OPEN} c: {JUDGMENTS[2].measured}', f'{OPEN} e, e 2: no data',
         '1 ✔ met, 3 ✗ failed, 3 – open',
-        f'1 – open because {OVERLOADED}: judge again on an idle machine',
+        f'1 – open because {LOADED}: judge again on an idle machine',
         'ROS domain 7: 4 of 7 requirements were judged']
 
 

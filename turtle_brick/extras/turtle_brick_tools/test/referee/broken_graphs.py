@@ -259,8 +259,8 @@ FAULTS = (
     Fault('stem backward', ['drive: rolling'], ROBOT, joint(STEM, 1.0, pi), firm=True),
     Fault('stem 30 degrees off', ['drive: stem'], ROBOT, joint(STEM, 1.0, radians(30.0)),
           firm=True),
-    Fault('tilt too small', ['tilt'], ROBOT, joint(TILT, 0.9), firm=True),
-    Fault('tilt about x', ['tilt'], PUBLISHER, {'publish /tf': edit(tilt_about_x)}, firm=True),
+    Fault('tilt too small', ['tilt'], ROBOT, joint(TILT, 0.9)),
+    Fault('tilt about x', ['tilt'], PUBLISHER, {'publish /tf': edit(tilt_about_x)}),
     Fault('joint with another name', ['joint_states: names'], ROBOT, {
         'publish joint_states': put('name', lambda names: ['stem', *names[1:]])}, firm=True),
     # The odometry also contains the twists of commands that are not published.
@@ -353,7 +353,7 @@ def judge(fault: Fault, busy: int) -> list[str]:
             return [referee.exit_message()]
     # Other programs may overload the machine too.
     return wrong_marks(fault, [Judgment(**one) for one in found['requirements']],
-                       bool(busy or found['overload']))
+                       bool(busy or found['load']))
 
 
 def main() -> int:

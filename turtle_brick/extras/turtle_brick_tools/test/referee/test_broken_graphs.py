@@ -31,7 +31,7 @@ def test_one_fault_is_found(name, drops, domain_id):
     with BrokenGraph(fault, domain_id) as graph:
         graph.add_nodes()
         record = observe(graph, program=PROGRAM._replace(drops=drops))
-    assert wrong_marks(fault, RULES.judge(record), bool(record.stall_summary())) == []
+    assert wrong_marks(fault, RULES.judge(record), bool(record.load_summary())) == []
 
 
 def test_the_table_contains_different_faults_of_existing_requirements():

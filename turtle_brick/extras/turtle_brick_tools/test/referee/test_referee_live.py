@@ -50,7 +50,7 @@ def test_nodes_that_die_are_judged(domain_id):
         record = observe(graph, end_node, **{**SHORT, 'discovery_time': TIMEOUT})
     assert not ends
     found = results(record)
-    expected = OPEN if record.stall_summary() else FAILED
+    expected = OPEN if record.load_summary() else FAILED
     assert {'drive: goal', 'place'} <= found[FAILED].keys() | found[expected].keys()
     assert {'URDF: base_link', 'walls: size'} <= found[MET].keys()
 

@@ -62,6 +62,7 @@ class GraphClient:
         record, goal_pose = self.record, self.record.profile.topics['goal_pose']
         names, frames = record.profile.topics, record.frame_names()
         found = {'markers': record.markers,
+                 'tilt': self.observer.command_publisher('tilt'),
                  'goal_pose': self.observer.command_publisher('goal_pose')
                  and self.observer.resolve_topic_name(goal_pose) in record.publishers,
                  **{names[name]: record.topics[name] for name in (

@@ -16,7 +16,9 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
-from time import monotonic, thread_time, thread_time_ns, time_ns
+from math import nan
+import os
+from time import monotonic, thread_time, time_ns
 from typing import Any
 
 from rcl_interfaces.srv import GetParameters
@@ -26,6 +28,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
+from turtle_graph.client.load import LoadMeter
 from turtle_graph.client.profiles import COMMANDS, Profile, similar_names, TURTLE_COMMANDS
 from turtle_graph.client.record import NS_PER_SECOND, Received, ReceivedMarker, Record
 
@@ -37,8 +40,6 @@ DISCOVERY_PERIOD = 0.5
 """Period (s) for discovering new topics."""
 MAX_READING, FEW, PAUSE = 0.2, 100, 5.0
 """Processor time (s) that fewer than FEW messages may take, and the pause (s) after more time."""
-MAX_WAIT_NS = 100_000_000
-"""Time (ns) without a processor after which the observer may have lost messages."""
 MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
 """Node name that ROS reports for a publisher until the publisher's node is discovered."""
@@ -81,9 +82,8 @@ def fill_angle(message: Any, angle: float) -> bool:
 
 
 def angle_in(message: Any) -> float:
-    """Return the value (rad) of the field that `fill_angle` writes."""
-    owner, name = next(number_fields(message))
-    return float(getattr(owner, name))
+    """Return the value (rad) of the field that `fill_angle` writes, or NaN if there is none."""
+    return next((float(getattr(owner, name)) for owner, name in number_fields(message)), nan)
 
 
 def known_nodes(infos: Iterable[Any]) -> list[str]:
@@ -112,9 +112,11 @@ Callback = Callable[[Any, Any], None]
 """A function that receives a message and its MessageInfo (a dictionary in rclpy)."""
 
 
-def append_to(messages: list[Received]) -> Callback:
-    """Return a callback that appends each message and its publication time to a list."""
-    return lambda message, info: messages.append(Received(info['source_timestamp'], message))
+def append_to(messages: list[Received], part: Callable[[Any], Any] = lambda message: message
+              ) -> Callback:
+    """Return a callback that appends a part of each message and its publication time to a list."""
+    return lambda message, info: messages.append(
+        Received(info['source_timestamp'], part(message)))
 
 
 class PollingNode(Node):
@@ -184,14 +186,20 @@ class Observer(Node):
     """A node that records a running graph and sends commands to the graph."""
 
     def __init__(self, profile: Profile | None = None, name: str = 'referee',
+                 processes: Callable[[], Iterable[int]] = lambda: [os.getpid()],
                  **node_options: Any) -> None:
-        """Record the topics listed in a profile."""
+        """
+        Record the topics listed in a profile.
+
+        :param processes: function that returns the IDs of the graph's processes. If they are
+            unknown, this process must wake up on time instead.
+        """
         super().__init__(name, **{'start_parameter_services': False, **node_options})
         self.poller = PollingNode(f'{name}_poller', **node_options)
         self.record = Record(profile or Profile())
         self.record.namespace = self.get_namespace()
         self.after_fetch: Callable[[], None] = lambda: None
-        self._fetched_at, self._used_ns = time_ns(), thread_time_ns()
+        self._meter = LoadMeter(processes)
         self._discovered_at = 0
         self._subscribed: set[str] = set()
         self._publishers_by_topic: dict[str, Publisher] = {}
@@ -209,11 +217,11 @@ class Observer(Node):
         super().destroy_node()
 
     def update(self) -> None:
-        """Fetch messages. Every DISCOVERY_PERIOD, discover topics."""
-        now, used = time_ns(), thread_time_ns()
-        if now - self._fetched_at - (used - self._used_ns) > MAX_WAIT_NS:
-            self.record.stalls.append((self._fetched_at, now))
-        self._fetched_at, self._used_ns = now, used
+        """Fetch messages and measure the load. Every DISCOVERY_PERIOD, discover topics."""
+        now = time_ns()
+        if window := self._meter.measure(now):
+            self.record.windows.append(window)
+            self.record.loads.append(os.getloadavg()[0])
         if now - self._discovered_at > DISCOVERY_PERIOD * NS_PER_SECOND:
             self._discovered_at = now
             self.subscribe_to_new_topics()
@@ -240,9 +248,8 @@ class Observer(Node):
             if topic in self._subscribed:
                 continue
             if topic in names:
-                callback = (append_to(record.topics[names[topic]]) if names[topic] != 'pose' else
-                            lambda message, info: record.add_pose(
-                                info['source_timestamp'], message))
+                callback = append_to(record.topics[names[topic]],
+                                     *([angle_in] if names[topic] == 'tilt' else []))
             elif MARKER_TYPES.intersection(types) and topic.startswith(inside):
                 callback = partial(self._on_markers, topic)
             else:

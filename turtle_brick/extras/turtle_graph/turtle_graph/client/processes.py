@@ -43,7 +43,11 @@ LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^
 """Pattern for the error that ends ros2 launch, with a group for the whole message."""
 MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
 """Pattern for an error message with the name of a missing package or Python module."""
-LACKS = re.compile(r'[Tt]his environment|stand-in for')
+HANDLING = 'During handling of the above exception, another exception occurred'
+"""Text between the traceback of an error and that of an error in its handling."""
+LATER = ('turtlesim_msgs',)
+"""Packages of later releases of ROS."""
+LACKS = re.compile(r'[Tt]his environment|stand-in for|is for another release')
 """Pattern for an error message about a part of ROS that only the environment lacks."""
 CONTROL = re.compile(r'\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*|[^\n])'
                      r'|[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]')
@@ -110,12 +114,17 @@ def launch_error(output: str) -> str:
     # If several parsers fail, the error of the parser for the file type is listed first.
     error = next(part for part in errors[-1].split('\n - ') if 'multiple exceptions' not in part)
     command, _, printed = error.partition('Captured stderr output:')
-    # If the error contains a traceback, its last line is the reason.
-    error = (TRACEBACK.findall(printed or error) or [printed or error])[-1]
+    error = reason(printed or error) or printed or error
     if printed:
         program = Path(command.partition('Command: ')[2].partition(' ')[0]).name
         error = f'{program} printed an error or a warning, which stops the launch: {error}'
     return ' '.join(error.split())
+
+
+def reason(printed: str) -> str:
+    """Return the error that a traceback ends with, or the first one if handling it also failed."""
+    errors = TRACEBACK.findall(printed)
+    return (errors[0] if HANDLING in printed else errors[-1]) if errors else ''
 
 
 def explain_missing(error: str) -> str:
@@ -124,6 +133,8 @@ def explain_missing(error: str) -> str:
     if LACKS.search(error):
         return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
     for name in (a or b for a, b in MISSING.findall(error)):
+        if name in LATER:
+            return f'{error} (the workspace is for another release: Jazzy does not contain {name})'
         own = name.startswith('turtle_brick')
         places = 'workspace does' if own else 'workspace and this installation of ROS do'
         return f'{error} (the {places} not contain {name})'
@@ -138,8 +149,7 @@ def crashes(output: str) -> list[str]:
             continue
         lines = ''.join(f'{line.removeprefix(f"[{label}] ")}\n' for line in output.splitlines()
                         if line.startswith(f'[{label}] '))
-        errors = TRACEBACK.findall(lines) or [f'exit status {status}']
-        found.append(f'{name} crashed: {errors[-1]}')
+        found.append(f'{name} crashed: {reason(lines) or f"exit status {status}"}')
     return list(dict.fromkeys(found))
 
 
@@ -246,18 +256,6 @@ class Process(AbstractContextManager['Process']):
                 if self._mark in process.environ().items() or os.getsid(process.pid) == self.pid:
                     found.append(process)
         return found
-
-    def processor_times(self) -> dict[str, float]:
-        """Return the processor time (s) that each running node or program has used so far."""
-        times: dict[str, float] = {}
-        for process in self.family():
-            with suppress(psutil.Error):
-                command = process.cmdline()
-                nodes = [word.partition('__node:=')[2] for word in command if '__node:=' in word]
-                scripts = [Path(word).name for word in command[:2] if not word.startswith('-')]
-                name = (nodes or scripts[-1:] or ['?'])[0]
-                times[name] = times.get(name, 0.0) + sum(process.cpu_times()[:2])
-        return times
 
     def kill(self) -> None:
         """Kill the process and all processes that it has started immediately."""

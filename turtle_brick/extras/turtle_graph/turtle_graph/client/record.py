@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from turtle_graph.client.geometry import Array, Pose, pose
+from turtle_graph.client.load import Window
 from turtle_graph.client.profiles import Profile
 
 NS_PER_SECOND = 1_000_000_000
@@ -33,20 +34,14 @@ MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) for interpolation between two transforms."""
 EXTRAPOLATION_NS = 50_000_000
 """Maximum time (ns) by which poses are extrapolated beyond the first or last transform."""
-MAX_LATENESS_NS = 10_000_000
-"""Delay (ns) of a turtlesim pose above which the machine is considered to be overloaded."""
 POSE_PERIOD_NS = 16_000_000
-"""Interval (ns) at which turtlesim publishes poses, whatever the graph does."""
-MIN_CALM_NS = NS_PER_SECOND
-"""Minimum duration (ns) of a calm part of an observation."""
-STALL_AFTERMATH_NS = NS_PER_SECOND
-"""Time (ns) after the end of a stall during which the stall may still affect trials."""
+"""Interval (ns) at which turtlesim publishes poses."""
 MAX_STAMP_ERROR_NS = 5_000_000_000
 """Maximum difference (ns) between a timestamp and the publication time."""
 MAX_DEPTH = 30
 """Maximum number of frames in the chain from a frame to the world frame."""
-OVERLOADED = 'the machine was overloaded'
-"""Text in the measured result of a requirement that cannot be judged because of stalls."""
+LOADED = 'other programs took processor time from the graph'
+"""Text in the measured result of a requirement that cannot be judged because of the load."""
 
 
 class Received(NamedTuple):
@@ -169,6 +164,7 @@ class Record:
 
     def __init__(self, profile: Profile) -> None:
         self.profile = profile
+        self.whole = self  # The record with all trials, from which calm() copies some.
         self.topics: dict[str, list[Received]] = {name: [] for name in profile.topics}
         self.frames: dict[str, Frame] = {}
         self.markers: list[ReceivedMarker] = []
@@ -176,14 +172,13 @@ class Record:
         self.publishers: dict[str, set[str]] = {}  # Full names of the publishing nodes, by topic.
         self.latched: dict[str, bool] = {}  # Whether the messages on each topic are latched.
         self.idle: list[tuple[int, int]] = []
-        self.driving: list[tuple[int, int]] = []  # Time span (ns) of each series of drives.
         self.drives: list[Drive] = []
         self.tilts: list[Request] = []
         self.places: list[Request] = []
         self.drops: list[Any] = []
-        # Time spans (ns) in which turtlesim, which needs little time, or the observer was late.
-        self.stalls: list[tuple[int, int]] = []
-        self.hog = ''  # How the graph itself uses most of the processors, or ''.
+        self.windows: list[Window] = []  # Delays of the graph that other programs cause.
+        self.loads: list[float] = []  # Load averages of the machine over one minute.
+        self.about: dict[str, Any] = {}  # The command, the date and other facts.
         self.notes: list[str] = []  # Assumptions made and problems found during the observation.
         self.crashes: list[str] = []
         # Reasons why topics, services or frames could not be used, keyed by their standard names.
@@ -193,13 +188,6 @@ class Record:
         """Add a note, unless the record already contains it."""
         if text not in self.notes:
             self.notes.append(text)
-
-    def add_pose(self, published: int, message: Any) -> None:
-        """Store a turtlesim pose with its publication time (ns), and a stall if it was late."""
-        for last in self.topics['pose'][-1:]:
-            if published - last.published > POSE_PERIOD_NS + MAX_LATENESS_NS:
-                self.stalls.append((last.published, published))
-        self.topics['pose'].append(Received(published, message))
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
         """Store a geometry_msgs/TransformStamped."""
@@ -256,11 +244,10 @@ class Record:
         """Return the messages published on a topic between `begin` and `end` (ns)."""
         return in_time_span(self.topics[topic], begin, end, attrgetter('published'))
 
-    def joint(self, name: str, begin: int, end: int,
-              field: str = 'position') -> list[tuple[int, float]]:
-        """Return the timestamps (ns) and positions (rad) or velocities (rad/s) of a joint."""
+    def joint(self, name: str, begin: int, end: int) -> list[tuple[int, float]]:
+        """Return the timestamps (ns) and positions (rad) of a joint."""
         return [(stamp_of(state), value) for state in self.messages('joint_states', begin, end)
-                for joint, value in zip(state.message.name, getattr(state.message, field))
+                for joint, value in zip(state.message.name, state.message.position)
                 if joint == name]
 
     def trial_spans(self) -> list[tuple[int, int]]:
@@ -269,49 +256,25 @@ class Record:
                               for trial in (*self.drives, *self.tilts, *self.drops))]
 
     def is_calm(self, begin: int, end: int) -> bool:
-        """Return whether no stall affected the interval between two times (ns)."""
-        return not any(first < end and begin < last + STALL_AFTERMATH_NS
-                       for first, last in self.stalls)
+        """Return whether no other program delayed the graph between two times (ns)."""
+        return all(window.calm for window in self.windows
+                   if window.begin < end and begin < window.end)
 
-    def stalled_trials(self) -> int:
-        """Return the number of trials affected by stalls."""
-        return sum(not self.is_calm(*span) for span in self.trial_spans())
+    def load_summary(self) -> str:
+        """Return a phrase with the number of trials that were not calm, or '' if all were."""
+        spans = self.trial_spans()
+        loaded = sum(not self.is_calm(*span) for span in spans)
+        return f'{LOADED} in {loaded} of {len(spans)} trials' if loaded else ''
 
-    def stall_summary(self) -> str:
-        """Return a phrase with the number of trials affected by stalls, or '' if none were."""
-        stalled = self.stalled_trials()
-        return f'{OVERLOADED} in {stalled} of {len(self.trial_spans())} trials' if stalled else ''
-
-    def longest_calm(self, begin: int, end: int) -> tuple[int, int]:
-        """Return the longest part of a time span (ns) that no stall affected."""
-        begins, ends = [begin], []
-        for first, last in self.stalls:
-            if first < end and begin < last + STALL_AFTERMATH_NS:
-                ends.append(first)
-                begins.append(last + STALL_AFTERMATH_NS)
-        return max(zip(begins, [*ends, end]), key=lambda span: span[1] - span[0])
-
-    def without_stalls(self) -> 'Record':
-        """Return a copy of the record without the trials affected by stalls."""
+    def calm(self) -> 'Record':
+        """Return a copy of the record without the trials that were not calm."""
         calm = copy(self)
-        for name in ('idle', 'driving'):
-            spans = [self.longest_calm(*span) for span in getattr(self, name)]
-            setattr(calm, name, [span for span in spans if span[1] - span[0] >= MIN_CALM_NS])
+        calm.whole = self
+        calm.idle = [span for span in self.idle if self.is_calm(*span)]
         for name in ('drives', 'tilts', 'places', 'drops'):
             setattr(calm, name, [trial for trial in getattr(self, name)
                                  if self.is_calm(trial.begin, trial.end)])
         return calm
-
-    def single_trials(self) -> 'Iterator[Record]':
-        """Yield a copy of the record for each drive, tilt, place and drop, without all others."""
-        trials = {name: getattr(self, name) for name in ('drives', 'tilts', 'places', 'drops')}
-        if not any(trials.values()):
-            yield self
-        for name in trials:
-            for trial in trials[name]:
-                single = copy(self)
-                vars(single).update({**dict.fromkeys(trials, []), name: [trial]})
-                yield single
 
 
 @lru_cache

@@ -31,7 +31,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 HOURS = {
-    1: ('frames', 'names', 'URDF', 'rate', 'odom'),
+    1: ('frames', 'names', 'config', 'URDF', 'rate', 'odom'),
     2: ('joint_states', 'rate: joint_states', 'drive: rolling', 'drive: stem', 'tilt'),
     3: ('walls', 'brick', 'frames: brick', 'rate: brick', 'markers', 'place', 'drop', 'fall',
         'slide'),
@@ -53,10 +53,14 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
             ('profile', 'FILE', 'YAML file with other names for topics and services, and with '
              'numbers that no node provides as parameters'),
             ('json', 'FILE', 'write all results as JSON'),
+            ('record', 'FILE', 'save everything that was observed'),
             ('page', 'FILE', 'write an HTML page with plots'),
             ('summary', 'DIR', 'summarize all JSON files below a directory, but judge no graph'),
             ('csv', 'FILE', 'write the summary or the class table as CSV')):
         parser.add_argument(f'--{name}', type=Path, metavar=kind, help=text)
+    parser.add_argument(
+        '--from', type=Path, metavar='FILE', dest='from_file',
+        help='judge what --record has saved, without a graph')
     parser.add_argument(
         '--class', type=Path, metavar='DIR', dest='classroom',
         help='judge all workspaces in a directory (one per student), and write all results to '
@@ -76,7 +80,7 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     args = list(args)
     split = args.index('--') if '--' in args else len(args)
     options = parser.parse_args(args[:split])
-    for name in ('csv', 'json', 'page'):
+    for name in ('csv', 'json', 'page', 'record'):
         path = getattr(options, name)
         if path is not None and not path.parent.is_dir():
             parser.error(f'--{name} {path}: the directory {path.parent} does not exist')
@@ -89,6 +93,8 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         parser.error(f'--class {options.classroom} is not a directory')
     if options.summary and (command or options.json):
         parser.error('--summary cannot be combined with --json or a command')
+    if options.from_file and (command or options.record):
+        parser.error('--from cannot be combined with --record or a command')
     if options.csv and not (options.summary or options.classroom):
         parser.error('--csv requires --summary or --class')
     return options, command

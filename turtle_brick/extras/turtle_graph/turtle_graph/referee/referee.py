@@ -24,9 +24,7 @@ import shlex
 import signal
 import sys
 from time import monotonic, strftime
-from typing import Any
 
-import psutil
 from turtle_graph.client.domains import reserved_domain, restrict_to_localhost
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.processes import (crashes, explain_missing, launch_error,
@@ -34,6 +32,7 @@ from turtle_graph.client.processes import (crashes, explain_missing, launch_erro
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Record
 from turtle_graph.client.spinning import handle_signals, NodeSpinner
+from turtle_graph.client.storage import load, save
 from turtle_graph.referee import report
 from turtle_graph.referee.classroom import judge_class, rules_in_hour
 from turtle_graph.referee.options import parse
@@ -53,22 +52,21 @@ START_TIME = 60.0
 """Timeout (s) for discovering a graph that the referee has started."""
 MAX_OPEN = 10
 """Maximum number of requirements that the load of the machine may leave open."""
-MOST = 0.6
-"""Fraction of the processors above which a graph is to blame for its own rates."""
 
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None], program: Program, namespace: str) -> Record:
     """Send test requests to a running or newly started graph, and return the record."""
-    begin = monotonic()
     with ExitStack() as stack:
         process = stack.enter_context(Process(
             sourced(options.setup, command),
             listener=sys.stderr.write if options.verbose else None)) if command else None
+        make_observer = partial(Observer, profile=profile)
+        if process is not None:
+            make_observer.keywords['processes'] = lambda: [one.pid for one in process.family()]
 
         def run_trial(namespace: str) -> Observer:
-            spinner = stack.enter_context(
-                NodeSpinner(partial(Observer, profile=profile), namespace=namespace))
+            spinner = stack.enter_context(NodeSpinner(make_observer, namespace=namespace))
             record = spinner.node.record
             try:
                 Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
@@ -78,8 +76,6 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
                 record.note(report.INTERRUPTED)
             if process is None:
                 spinner.node.find_duplicates()
-            else:
-                describe_usage(record, process.processor_times(), monotonic() - begin)
             for topic, count in spinner.node.poller.skipped.items():
                 record.note(f'skipped {count} messages on {topic} because reading them takes '
                             'more time than there is')
@@ -123,16 +119,6 @@ def observe_names(record: Record, options: argparse.Namespace, log: Callable[[st
         record.namespace, record.publishers = renamed.namespace, renamed.publishers
 
 
-def describe_usage(record: Record, used: dict[str, float], seconds: float) -> None:
-    """Record whether the graph itself uses most of the processors (times in s for each node)."""
-    total, count = sum(used.values()) / seconds, psutil.cpu_count() or 1
-    if total >= MOST * count:
-        nodes = ', '.join(f'{name} {used[name] / seconds:.1f}'
-                          for name in sorted(used, key=used.__getitem__, reverse=True)[:3])
-        record.hog = f'the graph itself uses {total:.1f} of {count} processors ({nodes})'
-        record.note(record.hog)
-
-
 def add_faults(record: Record, process: Process) -> None:
     """Record the crashes and errors in the output of the command that started the graph."""
     # Without a display, rviz2 cannot run, so a crash of rviz2 is ignored.
@@ -159,12 +145,21 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     if record.idle and options.in_namespace and report.INTERRUPTED not in record.notes:
         observe_names(record, options, log)
     record.notes = [*options.note, *record.notes]
-    log('evaluating the measurements')
-    judgments = rules.judge(record) if record.idle else []
-    about: dict[str, Any] = {
+    record.about = {
         'student': options.student, 'date': strftime(report.DATE), 'command': shlex.join(command),
-        'domain': domain, 'numbers': profile.numbers, 'seconds': round(monotonic() - begin, 1),
-        'crashes': record.crashes, 'notes': record.notes, 'overload': record.stall_summary()}
+        'domain': domain, 'seconds': round(monotonic() - begin, 1)}
+    if options.record is not None:
+        save(record, options.record)
+    log('evaluating the measurements')
+    return evaluate(rules, record, options)
+
+
+def evaluate(rules: Rules, record: Record, options: argparse.Namespace) -> int:
+    """Judge a record, write all reports and return the exit status, or raise RuntimeError."""
+    judgments = rules.judge(record) if record.idle else []
+    about = {**record.about, 'numbers': record.profile.numbers, 'crashes': record.crashes,
+             'notes': record.notes, 'machine': machine_load(record),
+             'load': record.load_summary()}
     if options.json is not None:
         report.write(options.json, report.as_json(judgments, about))
     if not judgments:
@@ -173,6 +168,13 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
         report.write(options.page, report.page(judgments, about))
     report.print_judgments(judgments, about)
     return exit_status(judgments, record)
+
+
+def machine_load(record: Record) -> str:
+    """Return the load of the machine at the start of the trials and the highest load as text."""
+    loads = record.loads or [os.getloadavg()[0]]
+    return (f'load {loads[0]:.1f} at the start, {max(loads):.1f} at most, on {os.cpu_count()} '
+            'processors')
 
 
 def exit_status(judgments: Sequence[Judgment], record: Record) -> int:
@@ -194,6 +196,8 @@ def main(args: Sequence[str] | None = None) -> int:
         rules = rules_in_hour(RULES, options.hour)
         if options.classroom is not None:
             return judge_class(rules, options, command)
+        if options.from_file is not None:
+            return evaluate(rules, load(options.from_file), options)
         if options.summary is not None:
             return report.summarize(
                 options.summary, [rule.name for rule in rules], options.csv, options.page)

@@ -31,7 +31,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 from turtle_graph.client.processes import printable
-from turtle_graph.client.record import OVERLOADED
+from turtle_graph.client.record import LOADED
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
 MAX_LENGTH, MAX_LINES = 400, 5
@@ -77,7 +77,7 @@ def tally(marks: Iterable[str]) -> str:
 
 def left_open(judgments: Iterable[Judgment]) -> int:
     """Return the number of requirements that are open because of the load of the machine."""
-    return sum(one.mark == OPEN and OVERLOADED in one.measured for one in judgments)
+    return sum(one.mark == OPEN and LOADED in one.measured for one in judgments)
 
 
 def result(judgment: Judgment) -> str:
@@ -134,8 +134,8 @@ def html_page(title: str, body: str) -> str:
 
 
 def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> None:
-    """Print the crashes, the notes, all requirements, and a list of the unmet requirements."""
-    for line in (*(f'{FAILED} {crash}' for crash in about['crashes']),
+    """Print the load, the crashes, the notes, all requirements, and the unmet requirements."""
+    for line in (about['machine'], *(f'{FAILED} {crash}' for crash in about['crashes']),
                  *(f'note: {note}' for note in about['notes'])):
         print(printable(line))
     rows = fold(judgments)
@@ -145,7 +145,7 @@ def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> Non
                 for one in rows if one.mark != MET),
           tally(one.mark for one in judgments), sep='\n')
     if count := left_open(judgments):
-        print(f'{count} {OPEN} open because {about["overload"]}: judge again on an idle machine')
+        print(f'{count} {OPEN} open because {about["load"]}: judge again on an idle machine')
     judged = sum(one.mark != OPEN for one in judgments)
     print(f'ROS domain {about["domain"]}: {judged} of {len(judgments)} requirements were judged')
 
@@ -227,7 +227,7 @@ def read(path: Path, name: str) -> dict[str, Any]:
         faults = data.get('crashes', []) + (data['notes'] if is_failed else [])
         reasons = fold(
             one._replace(measured='judge again on a less busy machine')
-            if OVERLOADED in one.measured else one for one in judgments if one.mark == OPEN)
+            if LOADED in one.measured else one for one in judgments if one.mark == OPEN)
         count = Counter(marks.values())
         return {'student': name, **{mark: count[mark] for mark in COLORS}, 'date': data['date'],
                 'failed': '; '.join([*faults, *(causes if is_judged else [])]), **marks,

@@ -21,9 +21,11 @@ beyond the robot's reach. Every wait has a timeout, so a missing response costs 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from math import cos, pi, sin
+from pathlib import Path
 from time import monotonic, time_ns
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from ament_index_python.packages import get_package_share_directory
 from rcl_interfaces.srv import GetParameters
 from rclpy.parameter import parameter_value_to_python
 from turtle_graph.client.client import GraphClient, TIMEOUT
@@ -31,11 +33,12 @@ from turtle_graph.client.drops import DropWatch
 from turtle_graph.client.geometry import ARENA_SIZE, CENTER, Vector
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.profiles import NUMBERS
-from turtle_graph.client.record import EXTRAPOLATION_NS, Request
+from turtle_graph.client.record import EXTRAPOLATION_NS, LOADED, Request
 from turtle_graph.client.spinning import Spinner
 from turtle_graph.referee.rules.arena_rules import is_text_visible
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import Failed, Open
+import yaml
 
 REACTION_TIME = 0.3
 """Maximum permitted time (s) between a brick's release and the robot's reaction."""
@@ -75,7 +78,7 @@ class Program(NamedTuple):
 
     idle: float = 3.0  # Time (s) for which the resting robot is observed.
     legs: int = 8  # Number of drives, which together form a closed polygon.
-    tilts: Sequence[float] = (0.5, -0.4, 0.25, 0.0)  # Angles (rad) of the platform.
+    tilts: Sequence[float] = (1.0, -0.4, 0.25, 0.0)  # Angles (rad) of the platform.
     drops: Sequence[PlannedDrop] = (
         FAR_OUT, PlannedDrop('brick above the robot', 0.10, 0.0, REACTION_TIME + 0.3), IN_REACH,
         PlannedDrop('brick just out of reach', 0.65, 0.6, -0.05),
@@ -124,17 +127,17 @@ class Trial(GraphClient):
             self.repeat()
 
     def repeat(self) -> None:
-        """Repeat the trials that the load of the machine may have spoiled, with a time limit."""
+        """Repeat the trials in which other programs delayed the graph, with a time limit."""
         self.end = monotonic() + REPETITION_TIME
-        calm = self.record.without_stalls()
+        calm = self.record.calm()
         spoiled = [drop for drop, watch in self.watches.items() if watch not in calm.drops]
         driven = any(drive.length >= MIN_LEG for drive in calm.drives)
         missing = [(calm.idle or not self.is_at_rest(), self.rest),
-                   (not self.program.legs or driven and calm.driving, self.drive),
+                   (not self.program.legs or driven, self.drive),
                    (not self.program.tilts or calm.tilts, self.tilt),
                    (not spoiled, lambda: self.drop_all(spoiled))]
         if not all(is_calm for is_calm, _ in missing):
-            self.log('repeating trials because the machine was overloaded')
+            self.log(f'repeating trials because {LOADED}')
         for is_calm, trial in missing:
             if not is_calm:
                 trial()
@@ -155,8 +158,6 @@ class Trial(GraphClient):
         if self.missing() and not (self.is_empty() and len(others) == 1):
             self.observer.recognize_names()
             self.wait_until(lambda: not self.missing(), self.timeout)
-        # The publisher is created early because publishers need time to discover subscribers.
-        self.observer.command_publisher('tilt')
         if self.is_empty() or not self.is_alive():
             self.record.notes.append(
                 f'found no graph in the namespace {self.observer.get_namespace()}, but nodes in '
@@ -169,7 +170,7 @@ class Trial(GraphClient):
 
     def awaited(self) -> list[str]:
         """Return what is missing, except for a brick that may first have to be placed."""
-        later = ('frame brick', 'markers') if self.has_service('place') else ()
+        later = ('tilt', *(('frame brick', 'markers') if self.has_service('place') else ()))
         return [name for name in self.missing() if name not in later]
 
     def is_empty(self) -> bool:
@@ -195,6 +196,8 @@ class Trial(GraphClient):
                             numbers.setdefault(name, abs(float(value)))
             if all(responses for _, responses in calls):
                 break
+        for name, value in configured_numbers().items():
+            numbers.setdefault(name, value)
         with suppress(Failed, Open):  # The assignment does not name a platform_radius parameter.
             robot = model(self.record)
             numbers.setdefault('platform_radius', robot.solid('platform', 'cylinder').size[0])
@@ -212,7 +215,6 @@ class Trial(GraphClient):
             return
         leg = min(LEG, max(MIN_LEG, self.number('max_velocity')))
         self.return_to_center()
-        begin = time_ns()
         for number in range(self.program.legs):
             direction = number / self.program.legs
             self.log(f'driving {360.0 * direction:.0f} degrees')
@@ -220,7 +222,6 @@ class Trial(GraphClient):
             if (drive is None or self.distance_to(drive.start) < 0.01 or not self.is_at_rest()
                     or monotonic() > self.end - TIME_LIMIT / 2.0):
                 break
-        self.record.driving.append((begin, time_ns()))
         self.return_to_center()
 
     def return_to_center(self) -> None:
@@ -278,6 +279,23 @@ class Trial(GraphClient):
                 # A floating brick must not move with the robot.
                 self.drive_to((CENTER[0] + 0.8, CENTER[1]))
                 watch.end = time_ns()
+
+
+def configured_numbers() -> dict[str, float]:
+    """Return the robot's parameters in the config/turtle.yaml of the sourced workspace."""
+    found: dict[str, float] = {}
+
+    def collect(content: Any) -> None:
+        for name, value in content.items() if isinstance(content, dict) else ():
+            if name in NUMBERS and type(value) in (int, float) and value:
+                found[name] = abs(float(value))
+            collect(value)
+
+    with suppress(LookupError, OSError, ValueError, yaml.YAMLError):
+        share = Path(get_package_share_directory('turtle_brick'))
+        for path in share.rglob('turtle.yaml'):
+            collect(yaml.safe_load(path.read_text(encoding='utf-8')))
+    return found
 
 
 def offset_by(start: Sequence[float], direction: float, distance: float) -> tuple[float, float]:

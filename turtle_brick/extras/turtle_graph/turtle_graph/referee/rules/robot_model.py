@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 import numpy
 from turtle_graph.client.geometry import Array, Pose, pose, turn, UPRIGHT
 from turtle_graph.client.record import Record
-from turtle_graph.referee.rules.rule import Certain, require, require_clear
+from turtle_graph.referee.rules.rule import Failed, require, require_clear
 
 SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 """URDF attributes that define the size of each kind of geometry."""
@@ -57,7 +57,7 @@ class RobotModel:
     """The links and joints in a URDF."""
 
     def __init__(self, description: str, names: Iterable[tuple[str, str]] = ()) -> None:
-        """Parse a URDF and give its links standard names, or raise Certain if it is invalid."""
+        """Parse a URDF and give its links standard names, or raise Failed if it is invalid."""
         standard_names = {name: standard for standard, name in names}
         try:
             robot = ElementTree.fromstring(description)
@@ -70,7 +70,7 @@ class RobotModel:
                 for link in robot.findall('link')}
             self.joints = [_joint(element) for element in robot.findall('joint')]
         except (ElementTree.ParseError, ValueError) as error:
-            raise Certain(f'the robot_description is invalid: {error}') from None
+            raise Failed(f'the robot_description is invalid: {error}') from None
         self._joint_above = {joint.child: joint for joint in self.joints}
 
     def joints_to(self, link: str) -> list[Joint]:
@@ -107,14 +107,14 @@ class RobotModel:
                 for name in self.body(link) for solid in self.links.get(name, ())]
 
     def solid(self, link: str, *kinds: str) -> Solid:
-        """Return the first of solids() that has a given kind, or raise Certain if none has."""
+        """Return the first of solids() that has a given kind, or raise Failed if none has."""
         for solid in self.solids(link):
             if solid.kind in kinds:
                 return solid
-        raise Certain(f'{link} has no {" or ".join(kinds)}')
+        raise Failed(f'{link} has no {" or ".join(kinds)}')
 
     def wheel(self) -> Solid:
-        """Return the wheel, whose first size is its radius, or raise Certain if there is none."""
+        """Return the wheel, whose first size is its radius, or raise Failed if there is none."""
         return self.solid('wheel', 'cylinder', 'sphere')
 
     def platform_heights(self) -> tuple[float, float]:
@@ -124,15 +124,15 @@ class RobotModel:
         return middle - platform.size[1] / 2.0, middle + platform.size[1] / 2.0
 
     def joint(self, link: str) -> Joint:
-        """Return the closest movable joint above a link, or raise Certain if there is none."""
+        """Return the closest movable joint above a link, or raise Failed if there is none."""
         for joint in reversed(self.joints_to(link)):
             if joint.movable:
                 return joint
-        raise Certain(f'no joint turns {link}')
+        raise Failed(f'no joint turns {link}')
 
 
 def model(record: Record) -> RobotModel:
-    """Return the robot model in the latest robot_description, or raise Certain if invalid."""
+    """Return the robot model in the latest robot_description, or raise Failed if invalid."""
     require_clear(record, 'robot_description', 'base_link', 'platform', 'stem', 'wheel')
     descriptions = require(record.topics['robot_description'] or None,
                            'there is no robot_description')

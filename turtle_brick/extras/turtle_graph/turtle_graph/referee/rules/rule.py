@@ -14,11 +14,16 @@
 """
 Check, without ROS, whether a recorded graph meets the requirements of the assignment.
 
-Each rule has a function that returns a `Finding`. The function raises `Failed` if required data is
-absent, and `Open` if the record is insufficient for a judgment.
+Each rule has a function that returns a `Finding`. It raises `Failed` if the graph has a fault that
+no load of the machine can cause, and `Open` if the record is insufficient for a judgment.
+
+There are two kinds of rules. A rule for names, types, frames, dimensions, signs, texts or values
+at rest is judged by all trials. A rule that `needs_calm`, for example for rates, accelerations and
+delays, is judged by the calm trials, in which no other program delayed the graph. If none is calm,
+the requirement is open, unless the function raises `Failed` for the other trials.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from traceback import format_exc
 from typing import Any, NamedTuple, TypeVar
 
@@ -44,15 +49,11 @@ MET, FAILED, OPEN = '✔', '✗', '–'
 
 
 class Failed(Exception):
-    """Exception that states why a requirement is not met."""
+    """Exception that states why a requirement is not met, whatever the load of the machine."""
 
 
 class Absent(Failed):
     """Exception raised if a requirement is not met because a part of the graph is absent."""
-
-
-class Certain(Failed):
-    """Exception raised if a requirement is not met and no load of the machine can explain it."""
 
 
 class Open(Exception):
@@ -75,7 +76,6 @@ class Finding(NamedTuple):
     met: bool
     measured: str
     plot: Plot | None = None
-    certain: bool = False  # Whether no load of the machine can explain a failure.
 
 
 class Judgment(NamedTuple):
@@ -88,8 +88,8 @@ class Judgment(NamedTuple):
     measured: str
     plot: Plot | None = None
     follows: Sequence[str] = ()  # Crashes and other failures that may have caused this failure.
+    fault: bool = False  # Whether the requirement failed whatever the load of the machine.
     absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
-    certain: bool = False  # Whether no load of the machine can explain a failure.
     traceback: str = ''  # The traceback of an error in the rule itself.
 
 
@@ -104,102 +104,94 @@ class Rule(NamedTuple):
     expected: str
     judge: Judge
     depends_on: Sequence[str]  # Requirements that must be met before this one can be met.
-    firm: bool = True  # Whether the load of the machine can never explain a failure.
+    needs_calm: bool = False  # Whether the load of the machine can change the result.
 
     def __call__(self, record: Record) -> Judgment:
-        """Judge a record, ignoring whether the machine was overloaded."""
-        plot, absent, certain, traceback = None, False, False, ''
+        """Judge a record, or only its calm trials if the load can change the result."""
+        whole, load = self.apply(record), record.load_summary()
+        if not (self.needs_calm and load):
+            return whole
+        calm = self.apply(record.calm())
+        if calm.mark != OPEN:
+            return calm
+        if whole.mark == OPEN or whole.fault:
+            return whole
+        return calm._replace(measured=f'not judged: {load}')
+
+    def apply(self, record: Record) -> Judgment:
+        """Judge all trials of a record."""
+        plot, error, traceback = None, None, ''
         try:
             with numpy.errstate(all='ignore'):
-                met, measured, plot, certain = self.judge(record)
+                met, measured, plot = self.judge(record)
             mark = MET if met else FAILED
-        except Failed as error:
-            mark, measured = FAILED, str(error)
-            absent, certain = isinstance(error, Absent), isinstance(error, Certain)
-        except Open as error:
-            mark, measured = OPEN, str(error)
-        except Exception as error:  # It is a mistake in the rule, whatever the graph has sent.
+        except Failed as failed:
+            mark, measured, error = FAILED, str(failed), failed
+        except Open as failed:
+            mark, measured = OPEN, str(failed)
+        except Exception as failed:  # It is a mistake in the rule, whatever the graph has sent.
             mark, traceback = OPEN, format_exc()
-            measured = f'referee error: {type(error).__name__}: {error}'
-        return Judgment(self.name, self.sentence, self.expected, mark, measured, plot,
-                        absent=absent, certain=bool(certain), traceback=traceback)
-
-    def judge_under_load(self, record: Record, calm: Record) -> Judgment:
-        """Judge a record. A failure that the load from other programs may explain is open."""
-        found = self(record)
-        if found.mark == FAILED and not found.certain:
-            trials = record if self.firm or found.absent or record.hog else calm
-            marks = [self(trial).mark for trial in trials.single_trials()]
-            # Load that is not noticed may spoil a few trials, but not most of them, and hardly
-            # more than twice as many as the load that is noticed.
-            if marks.count(FAILED) > min(marks.count(MET), 2 * record.stalled_trials()):
-                in_trials = self(trials)
-                return in_trials if in_trials.mark == FAILED else found
-            found = found._replace(
-                mark=OPEN, measured=f'{found.measured}; not judged: {record.stall_summary()}')
-        if found.mark == OPEN and (in_calm := self(calm)).mark == MET:
-            return in_calm._replace(measured=f'{in_calm.measured}; in calm trials only')
-        return found
+            measured = f'referee error: {type(failed).__name__}: {failed}'
+        return Judgment(self.name, self.sentence, self.expected, mark, measured, plot, (),
+                        error is not None, isinstance(error, Absent), traceback)
 
 
 class Rules(list[Rule]):
     """A list of rules to apply to a record."""
 
     def rule(self, name: str, sentence: str, expected: str,
-             depends_on: Sequence[str] = (), firm: bool = True) -> Callable[[Judge], Judge]:
+             depends_on: Sequence[str] = (), needs_calm: bool = False
+             ) -> Callable[[Judge], Judge]:
         """Return a decorator that adds a function to this list as a Rule with the given fields."""
         def add(judge: Judge) -> Judge:
-            self.append(Rule(name, sentence, expected, judge, depends_on, firm))
+            self.append(Rule(name, sentence, expected, judge, depends_on, needs_calm))
             return judge
         return add
 
     def judge(self, record: Record) -> list[Judgment]:
         """Judge a record and return the failed, open and met requirements, in that order."""
-        overload, calm = record.stall_summary(), record.without_stalls()
-        judgments = [rule.judge_under_load(record, calm) if overload else rule(record)
-                     for rule in self]
-        causes = self.causes({one.name: one.measured if one.absent or one.certain else one.name
-                              for one in judgments if one.mark == FAILED},
-                             {one.name for one in judgments if one.mark == MET})
+        judgments = [rule(record) for rule in self]
+        causes = self.causes({one.name: one for one in judgments if one.mark == FAILED})
         absent = {one.name for one in judgments if one.absent}
-        crashed = {name for name, found in causes.items()
-                   if record.crashes and absent.intersection([name, *found])}
-        causes.update(dict.fromkeys(crashed, record.crashes))
+        causes.update({name: record.crashes for name, found in causes.items()
+                       if record.crashes and absent.intersection([name, *found])})
         judgments = [one._replace(follows=causes.get(one.name, ())) for one in judgments]
-        judgments = [one._replace(measured=f'{one.measured}; {"; ".join(record.crashes)}')
-                     if one.mark == OPEN and crashed & self.all_dependencies(one.name) else one
-                     for one in judgments]
         lacks = '; '.join(filter(LACKS.search, record.crashes))
         if lacks:  # The graph may be correct in an environment that contains everything.
-            judgments = [one._replace(mark=OPEN, measured=lacks, follows=())
-                         if one.name in crashed else one for one in judgments]
+            behavior = {rule.name for rule in self if rule.needs_calm}
+            judgments = [one._replace(mark=OPEN, measured=lacks, follows=()) if one.mark == FAILED
+                         and (one.follows or one.absent or one.name in behavior) else one
+                         for one in judgments]
         order = (FAILED, OPEN, MET)
         return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
 
-    def causes(self, failed: Mapping[str, str], met: Collection[str]) -> dict[str, list[str]]:
+    def causes(self, failed: Mapping[str, Judgment]) -> dict[str, list[str]]:
         """
-        Map each failed requirement to the other failed requirements that may have caused it.
+        Map each failed requirement to the failed requirements that may have caused the failure.
 
-        :param failed: failed requirements with their faults
-        :param met: requirements that are met
+        If requirements fail because of the same fault, only the first counts as a cause. If a
+        part of the graph is absent, this is the cause itself.
         """
-        above = {name: self.all_dependencies(name, met) for name in failed}
-        roots = [name for name in failed if not above[name] & failed.keys()]
-        # If requirements fail because of the same fault, only the first counts as a cause.
-        first = {failed[root]: root for root in reversed(roots)}
-        return {name: sorted({first[failed[root]] for root in roots
-                              if root in {name, *above[name]}} - {name}) for name in failed}
+        faults: dict[str, list[str]] = {}
+        for name, one in failed.items():
+            faults.setdefault(one.measured if one.fault else name, []).append(name)
+        found = {rule.name: sorted(failed.keys() & {*rule.depends_on})
+                 for rule in self if rule.name in failed}
+        for same in faults.values():
+            if len(same) > 1 or failed[same[0]].absent:
+                found.update({same[0]: [], **{name: same[:1] for name in same[1:]}})
+        return found
 
-    def all_dependencies(self, name: str, met: Collection[str] = ()) -> set[str]:
-        """Return the direct and indirect dependencies of a rule, without those that are met."""
-        names = {rule.name: set(rule.depends_on) for rule in self}.get(name, set()).difference(met)
-        return names.union(*(self.all_dependencies(one, met) for one in names))
+    def all_dependencies(self, name: str) -> set[str]:
+        """Return the direct and indirect dependencies of a rule."""
+        names = {rule.name: set(rule.depends_on) for rule in self}.get(name, set())
+        return names.union(*map(self.all_dependencies, names))
 
 
 def number(record: Record, name: str) -> float:
     """Return a physical parameter of the robot, or raise Open if the value is unknown."""
     if name not in record.profile.numbers:
-        raise Open(f'{name} is unknown because no node has this parameter; add it to a profile')
+        raise Open(f'{name} is unknown because neither a node nor turtle.yaml has this parameter')
     return record.profile.numbers[name]
 
 
@@ -246,9 +238,15 @@ def largest(values: Iterable[float]) -> float:
 
 
 def within(limit: float, values: list[float], reason: str,
-           text: str = 'at most {:.3f} m off in {} measurements') -> Finding:
-    """Judge whether every value is at most `limit`, or raise Open if there are no values."""
+           text: str = 'at most {:.3f} m off in {} measurements', wrong: float = 0.0) -> Finding:
+    """
+    Judge whether every value is at most `limit`, or raise Open if there are no values.
+
+    :param wrong: value up to which the assignment does not forbid larger values than `limit`
+    """
     value = largest(require_data(values, reason))
+    if limit < value <= wrong:
+        raise Open(f'{text.format(value, len(values))}; the assignment requires no accuracy')
     return Finding(value <= limit, text.format(value, len(values)))
 
 
