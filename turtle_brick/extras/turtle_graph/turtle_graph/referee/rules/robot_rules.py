@@ -290,7 +290,7 @@ def odometry_equals_tf(record: Record) -> Finding:
     require_data(off, 'there is no odometry message at the time of a transform')
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
     late = top_speed(record) * ODOM_LOAD_DELAY
-    if largest(off) > late or median(turned) > SAME_ANGLE:
+    if numpy.quantile(off, 0.9) > late or median(turned) > SAME_ANGLE:
         raise Failed(text)
     return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)
 
@@ -310,7 +310,7 @@ def twist_is_command(record: Record) -> Finding:
                 equal.append(any(dist(twist, command) < 1e-6 for command in commands))
     require_data(equal, 'the robot did not move')
     text = f'equal in {sum(equal)} of {len(equal)} messages'
-    if not any(equal):
+    if sum(equal) < 0.5 * len(equal):
         raise Failed(text)
     return Finding(sum(equal) >= 0.99 * len(equal), text)
 
@@ -537,7 +537,8 @@ def wheel_does_not_slip(record: Record) -> Finding:
     turned = largest(abs(b - a) for begin, end in record.idle for (_, a), (_, b) in pairwise(
         record.joint(wheel, begin, end)))
     if turned > SAME_ANGLE:
-        raise Failed(f'the wheel turns by {turned:.2f} rad in one step while the robot is at rest')
+        return Finding(False, f'the wheel turns by {turned:.2f} rad in one step while the robot '
+                       'is at rest')
     points = [driven_and_rolled(record, drive) for drive in drives(record)]
     driven, rolled = zip(*require_data([point for point in points if point[0] > 0.0],
                                        'the robot was not observed while driving'))
@@ -547,7 +548,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
     backward = sum(one < 0.0 for one in rolled)
     text = (f'rolled {sum(map(abs, rolled)):.3f} m, driven {sum(driven):.3f} m in {len(driven)} '
             'drives' + (f', and backward in {backward} of them' if backward else ''))
-    if median(rolled) <= 0.0:
+    if len(rolled) > 1 and max(rolled) <= 0.0:
         raise Failed(text)
     return Finding(met, text, Plot(
         'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
@@ -621,7 +622,7 @@ def stem_points_along(record: Record) -> Finding:
 def platform_has_the_tilt(record: Record) -> Finding:
     require_clear(record, 'tilt', 'pose', 'joint_states', f'frame {record.actual("platform")}')
     for request in require_data(record.tilts, 'the platform was not tilted'):
-        require_accepted(request)
+        require_accepted(record, request)
     robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
     for request in record.tilts:
         positions = record.joint(joint.name, request.begin, request.end)
@@ -640,5 +641,5 @@ def platform_has_the_tilt(record: Record) -> Finding:
         texts.append(f'{angle_sent:g} rad: joint {angle:.3f}, TF {off:.3f} off' + (
             f' ({request.value:g} rad from the referee was replaced by another node)'
             if abs(angle_sent - request.value) > EXACT else ''))
-    require(texts or None, 'the joint or the frame of the platform is not published')
+    require_data(texts, 'the joint or the frame of the platform was not observed')
     return Finding(met, '; '.join(texts))

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy
 from turtle_graph.client.processes import LACKS
-from turtle_graph.client.record import Record, Request
+from turtle_graph.client.record import LOADED, Record, Request
 
 Value = TypeVar('Value')
 
@@ -222,10 +222,13 @@ def require_clear(record: Record, *names: str) -> None:
             raise Open(record.unclear[name])
 
 
-def require_accepted(request: Request | None) -> Request:
+def require_accepted(record: Record, request: Request | None) -> Request:
     """Return the request if it was accepted, or raise Failed with the response message."""
     if request is None or not request.answered:
-        raise Absent(request and request.message or 'there was no response')
+        reason = request and request.message or 'there was no response'
+        if request is not None and not record.is_calm(request.begin, request.end):
+            raise Open(f'{reason}; {LOADED}')
+        raise Absent(reason)
     if not request.accepted:
         raise Failed(request.message or 'the request was refused')
     return request
