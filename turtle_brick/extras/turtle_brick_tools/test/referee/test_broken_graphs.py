@@ -55,7 +55,7 @@ def test_a_wrong_mark_is_reported():
 
 def test_what_depends_on_an_open_requirement_may_fail():
     fault = FAULTS[NAMES.index('brick not carried')]
-    rides, floats = (Judgment(name, '', '', FAILED, 'off') for name in (
-        *fault.fails, 'brick: floats'))
-    assert wrong_marks(fault, [rides._replace(mark=OPEN), floats], True) == []
-    assert wrong_marks(fault, [rides, floats], True) == ['false: brick: floats (off)']
+    rides, angle = (Judgment(name, '', '', FAILED, 'off') for name in (
+        *fault.fails, 'brick: angle'))
+    assert wrong_marks(fault, [rides._replace(mark=OPEN), angle], True) == []
+    assert wrong_marks(fault, [rides, angle], True) == ['false: brick: angle (off)']
