@@ -62,6 +62,8 @@ def test_the_next_brick_is_caught_after_a_node_was_killed(live, killed, state):
         drop()
         wait_for(brick_state, state)
         node.kill()
+    # Other nodes call the services of a killed node until its announcement expires.
+    live.wait_for(lambda: killed not in live.listener.get_node_names(), TIMEOUT, 'the node is gone')
     (catcher_state if killed == 'catcher' else brick_state).clear()
     with start(killed, live):
         drop()
