@@ -61,7 +61,8 @@ def test_the_next_brick_is_caught_after_a_node_was_killed(live, killed, state):
         deadline = monotonic() + TIMEOUT
         while brick_state.last.data != 'riding':
             assert monotonic() < deadline, 'no brick is caught'
-            live.wait_for(lambda: brick_state.last.data in ('riding', 'grounded'), TIMEOUT, 'landed')
+            live.wait_for(lambda: brick_state.last.data in ('riding', 'grounded'), TIMEOUT,
+                          'the brick lands')
             if brick_state.last.data == 'grounded':  # A busy machine may be late.
                 drop()
 

@@ -146,7 +146,7 @@ def test_a_graph_that_its_command_starts_in_a_namespace_is_judged(domain_id, mon
     arena = [sys.executable, '-m', 'turtle_brick.arena', '--ros-args', '-r', '__ns:=/elsewhere',
              '--params-file', str(default_path())]
     options, command = referee.parse(['--', *arena])
-    referee.observe(Profile(), options, command, print)
+    referee.observe(Profile(), options, command, print, Program(), '')
     assert namespaces == ['/', '/elsewhere']
 
 
