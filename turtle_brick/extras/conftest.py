@@ -54,7 +54,7 @@ def excluded_files() -> dict[str, list[str]]:
 
 
 LONGEST = ('test_pages', 'test_launch_standin', 'test_rules', 'test_website',
-           'test_ros2cli_standin', 'test_workspaces', 'test_turtle_arena',
+           'test_ros2cli_standin', 'test_workspaces', 'test_recovery', 'test_turtle_arena',
            'test_referee_live', 'test_viewer_browser')
 """The slowest test files, ordered so that few live graphs run at the same time."""
 
