@@ -28,6 +28,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 import contextlib
+import os
+import select
 import signal
 from time import monotonic
 from typing import Any
@@ -46,7 +48,7 @@ from turtle_graph.referee.rules.rule import FAILED, MET, OPEN
 from turtle_graph.referee.trial import FAR_OUT, IN_REACH, Program, Trial
 
 __all__ = ['LATCHED', 'LiveGraph', 'TIMEOUT', 'add_nodes', 'graph', 'observe', 'process',
-           'results']
+           'results', 'wait_for_exits']
 
 FETCH_PERIOD = 0.005
 """Minimum time (s) between two calls of LiveGraph.fetch()."""
@@ -123,6 +125,14 @@ class NodeProcess(Process):
                  environment: Mapping[str, str] = {}) -> None:
         super().__init__(command, {**environment, 'ROS_DOMAIN_ID': str(domain_id),
                                    'PYTHONFAULTHANDLER': '1'})
+
+
+def wait_for_exits(descriptors: Sequence[int], timeout: float) -> None:
+    """Wait for the exit of processes from os.pidfd_open(), even if init never reaps them."""
+    for descriptor in descriptors:
+        exited, _, _ = select.select([descriptor], [], [], timeout)
+        os.close(descriptor)
+        assert exited, f'a process is still running after {timeout:g} s'
 
 
 @contextlib.contextmanager
