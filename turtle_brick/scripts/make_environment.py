@@ -321,9 +321,9 @@ def make_venv() -> None:
         f'creating a virtual environment with Python {platform.python_version()}',
         f'{BASE_PYTHON} could not create a virtual environment. See its output above.')
     # Three small packages have no wheels. pip requires setuptools to build them.
-    setuptools = next(line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
-                      if line.startswith('setuptools=='))
-    pip_install('setuptools', *PINNED, setuptools)
+    tools = [line.split()[0] for line in REQUIREMENTS.read_text().splitlines()
+             if line.startswith(('pip==', 'setuptools=='))]
+    pip_install('pip and setuptools', *PINNED, *tools)
     pip_install('ROS 2 Jazzy', *PINNED, '-r', str(REQUIREMENTS))
 
     packages = VENV / 'lib' / f'python{VERSION}' / 'site-packages'
