@@ -22,11 +22,11 @@ Publishes at 100 Hz, even while the robot is at rest:
         robot is at its goal or has no goal, or if no turtle pose has arrived for 0.25 s. The
         launch files remap this topic to turtle1/cmd_vel, the command topic of turtlesim.
     odom (nav_msgs/Odometry): pose of base_link in the odom frame, and the latest command as the
-        twist; published after the first turtle pose has arrived
+        twist; published while turtle poses arrive, that is, until none has arrived for 1 s
     joint_states (sensor_msgs/JointState): positions (rad) of these joints:
         stem_joint: direction of the last nonzero velocity command
-        wheel_joint: angle of the wheel, which follows the distance traveled and not the commanded
-            speed, because a wheel that rolls without slipping stands still at a wall
+        wheel_joint: angle of the wheel, which follows the motion along the stem's direction and
+            not the commanded speed, because a wheel that does not slip stands still at a wall
         platform_joint: angle received on the tilt topic
 
 Broadcasts:
@@ -64,6 +64,9 @@ from turtle_brick.ros.tf import (BASE_LINK, BEST_EFFORT, due_time, ODOM, set_tra
                                  transform_message, WARNING_PERIOD, WORLD)
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
+
+POSE_LIFETIME = 1.0
+"""Maximum age (s) of a turtle pose published as odometry. Gaps up to 1 s are due to load."""
 
 
 class TurtleRobot(Node):
@@ -113,7 +116,7 @@ class TurtleRobot(Node):
         now = monotonic()
         self.driver.observe(now, pose)
         is_first = self.odometer.origin is None
-        self.odometer.observe(now, pose)
+        self.odometer.observe(now, pose, self.driver.stem_angle)
         if is_first:
             origin = Pose2D(pose.x, pose.y, pose.theta)
             self.static_broadcaster.sendTransform(transform_message(
@@ -190,6 +193,10 @@ class TurtleRobot(Node):
 
         if self.odometer.pose is None:
             return
+        if now - self.driver.pose_time > POSE_LIFETIME:
+            self.get_logger().warning('turtlesim no longer publishes poses',
+                                      throttle_duration_sec=WARNING_PERIOD)
+            return
         self.transform.header.stamp = stamp
         set_transform(self.transform.transform, upright(self.odometer.pose))
         self.tf_broadcaster.sendTransform(self.transform)
@@ -210,7 +217,3 @@ def upright(pose: Pose2D) -> Pose:
 def main(args: list[str] | None = None) -> None:
     """Run turtle_robot until Ctrl-C or SIGTERM."""
     run_node(TurtleRobot, args)
-
-
-if __name__ == '__main__':
-    main()

@@ -122,12 +122,15 @@ def test_response_time_of_a_late_robot_is_measured(still, moved, goal, measured)
     assert tracker.response.late_time == pytest.approx(measured)
 
 
-def test_goals_of_a_moving_or_unavailable_robot_are_not_measured():
-    for lose in (True, False):
+def test_goals_of_a_moving_unavailable_or_stopped_robot_are_not_measured():
+    for end in ('lost', 'stopped', 'moving'):
         tracker = resting_tracker()
-        if lose:
+        if end == 'lost':
             tracker.record_goal(seconds(2.0), (9.0, 5.0))
             tracker.observe(seconds(2.3), None)
+        elif end == 'stopped':
+            tracker.record_goal(seconds(2.0), (9.0, 5.0))
+            tracker.record_goal(seconds(2.02), (5.0, 5.0))
         else:
             observe(tracker, 2.01, 5.01)
             tracker.record_goal(seconds(2.02), (9.0, 5.0))

@@ -26,7 +26,7 @@ import pytest
 from sensor_msgs.msg import JointState
 from turtle_brick.core.geometry import from_yaw
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
-from turtle_brick.turtle_robot import TurtleRobot
+from turtle_brick.turtle_robot import POSE_LIFETIME, TurtleRobot
 from turtle_brick_interfaces.msg import Tilt
 from turtlesim.msg import Pose as TurtlePoseMessage
 
@@ -107,6 +107,18 @@ def test_odom_is_the_first_pose_including_its_heading(live, robot):
         (5.0 * cos(1.0) - 2.0 * sin(1.0), -5.0 * sin(1.0) - 2.0 * cos(1.0)))
     assert (turn.x, turn.y, turn.z, turn.w) == pytest.approx(from_yaw(-3.0))
     assert robot.odometer.wheel_angle == 0.0
+
+
+def test_odometry_ends_with_a_warning_when_turtlesim_dies(robot, warned):
+    """A catcher must not rely on a robot whose pose is unknown."""
+    odometry, transforms = record_published(robot.odom_publisher), []
+    robot.tf_broadcaster.sendTransform = transforms.append
+    last = robot.driver.pose_time
+    robot.cycle(last + POSE_LIFETIME - 0.001)
+    assert (len(odometry), len(transforms), warned()) == (1, 1, [])
+    robot.cycle(last + POSE_LIFETIME + 0.001)
+    assert (len(odometry), len(transforms)) == (1, 1)
+    assert 'no longer publishes poses' in warned()[0]
 
 
 def test_goals_in_each_frame(robot):

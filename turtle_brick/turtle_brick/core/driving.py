@@ -68,7 +68,8 @@ class Driver:
         """Direction (rad) of the last nonzero command in the turtle's frame."""
         self.pose: TurtlePose | None = None
         """Latest pose of the turtle in the world frame."""
-        self._pose_time = 0.0
+        self.pose_time = 0.0
+        """Time (s) at which this pose was received."""
         self._sent: deque[tuple[float, float, float]] = deque(maxlen=HIDDEN_COMMANDS)
         """Times (s) and velocities (m/s, in the turtle's frame) of the latest commands."""
 
@@ -80,7 +81,7 @@ class Driver:
 
     def observe(self, now: float, pose: TurtlePose) -> None:
         """Record a turtle pose received at `now` (s)."""
-        self.pose, self._pose_time = pose, now
+        self.pose, self.pose_time = pose, now
 
     def command(self, now: float) -> tuple[float, float]:
         """
@@ -90,7 +91,7 @@ class Driver:
         goal, or if no pose has been observed for POSE_TIMEOUT seconds.
         """
         velocity = (0.0, 0.0)
-        if self.goal and self.pose and now - self._pose_time <= POSE_TIMEOUT:
+        if self.goal and self.pose and now - self.pose_time <= POSE_TIMEOUT:
             velocity = self._approach(self.goal, self.pose)
         self._sent.append((now, *velocity))
         return velocity
@@ -110,7 +111,7 @@ class Driver:
     def predict(self, pose: TurtlePose) -> tuple[float, float]:
         """Return the position (m) of the turtle after all commands that `pose` does not show."""
         hidden = [(linear_x, linear_y) for time, linear_x, linear_y in self._sent
-                  if time > self._pose_time - COMMAND_DELAY]
+                  if time > self.pose_time - COMMAND_DELAY]
         forward = sum(linear_x for linear_x, _ in hidden) * COMMAND_PERIOD
         left = sum(linear_y for _, linear_y in hidden) * COMMAND_PERIOD
         c, s = cos(pose.theta), sin(pose.theta)

@@ -15,13 +15,13 @@
 """
 Compute the wheel odometry from the poses published by turtlesim. The frames follow REP 105.
 
-The wheel rolls without slipping, so its angle is the robot's path length divided by the wheel
-radius. The path length is the integral of the forward velocity, computed as the sum of the
-distances between consecutive poses. The wheel angle is therefore correct even if the turtle
-hits a wall or a pose message is lost. A teleport does not turn the wheel.
+The wheel rolls without slipping, so its angle is the integral of the velocity along the stem's
+direction, divided by the wheel radius. The integral is the sum of the displacements between
+consecutive poses, so it is correct even if the turtle hits a wall or a pose message is lost. A
+teleport does not turn the wheel.
 """
 
-from math import hypot
+from math import cos, hypot, sin
 
 from turtle_brick.core.geometry import Pose2D
 from turtle_brick.core.turtlesim_arena import TICK, TurtlePose
@@ -46,21 +46,22 @@ class Odometer:
         self._last_time = 0.0
         self._world_to_odom = Pose2D(0.0, 0.0, 0.0)
 
-    def observe(self, now: float, pose: TurtlePose) -> None:
-        """Update the odometry with a turtle pose received at `now` (s)."""
+    def observe(self, now: float, pose: TurtlePose, stem_angle: float) -> None:
+        """Update the odometry with the turtle's pose and stem angle (rad) at `now` (s)."""
         world_pose = Pose2D(pose.x, pose.y, pose.theta)
         if self._last is None:
             self.origin = world_pose
             self._world_to_odom = world_pose.inverse()
         else:
-            self._roll(self._last, now, pose)
+            self._roll(self._last, now, pose, stem_angle)
         self.pose = self._world_to_odom.compose(world_pose)
         self._last, self._last_time = pose, now
 
-    def _roll(self, last: TurtlePose, now: float, pose: TurtlePose) -> None:
-        path = hypot(pose.x - last.x, pose.y - last.y)
+    def _roll(self, last: TurtlePose, now: float, pose: TurtlePose, stem_angle: float) -> None:
+        dx, dy = pose.x - last.x, pose.y - last.y
+        path, direction = hypot(dx, dy), pose.theta + stem_angle
         # The turtle teleported if its path is too long for the reported speeds and elapsed time.
         longest = max(TICK, now - self._last_time + 0.5 * TICK) * max(
             last.linear_velocity, pose.linear_velocity)
         if MIN_MOTION < path <= longest + MIN_MOTION:
-            self.wheel_angle += path / self.wheel_radius
+            self.wheel_angle += (dx * cos(direction) + dy * sin(direction)) / self.wheel_radius

@@ -128,9 +128,10 @@ class RobotTracker:
 
     def record_goal(self, now: int, goal: tuple[float, float]) -> None:
         """Record a goal (m, in the world frame) published at `now` (ns)."""
-        if (goal != self.goal and self.state is not None and self.state.is_at_rest
-                and self.state.distance_to(goal) > GOAL_TOLERANCE):
-            self.response.start(now)
+        if goal != self.goal:
+            starts_moving = (self.state is not None and self.state.is_at_rest
+                             and self.state.distance_to(goal) > GOAL_TOLERANCE)
+            self.response.start(now if starts_moving else None)
         self.goal, self._goal_time = goal, now
 
     def record_tilt(self, now: int, angle: float) -> None:

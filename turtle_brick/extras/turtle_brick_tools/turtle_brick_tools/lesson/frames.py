@@ -47,7 +47,7 @@ def drive(parameters: Parameters) -> tuple[list[Pose2D], list[tuple[Pose2D, Pose
 
     def record() -> None:
         pose = simulation.turtle.pose
-        odometer.observe(simulation.now * SECONDS_PER_NS, pose)
+        odometer.observe(simulation.now * SECONDS_PER_NS, pose, simulation.driver.stem_angle)
         path.append(Pose2D(pose.x, pose.y, pose.theta))
 
     simulation.after_step = record

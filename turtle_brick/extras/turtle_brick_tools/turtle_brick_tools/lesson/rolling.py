@@ -46,7 +46,7 @@ def roll(parameters: Parameters) -> list[RollSample]:
     speed = parameters.max_velocity
     rolls = [RollSample(0.0, 0.0, 0.0, 0.0)]
     pose = turtle.pose
-    odometer.observe(0.0, pose)
+    odometer.observe(0.0, pose, 0.0)
     for tick in range(1, round(4.5 / TICK)):
         now = tick * TICK
         if rolls[-1].time < TELEPORT <= now:
@@ -54,7 +54,7 @@ def roll(parameters: Parameters) -> list[RollSample]:
         drives = now <= 1.0 or 2.5 < now <= 4.0
         turtle.command(speed if drives else 0.0, 0.0, 0.0)
         last, pose = pose, turtle.tick(now)
-        odometer.observe(now, pose)
+        odometer.observe(now, pose, 0.0)
         rolls.append(RollSample(
             now, rolls[-1].commanded + pose.linear_velocity * TICK,
             rolls[-1].pose_distance + hypot(pose.x - last.x, pose.y - last.y),
