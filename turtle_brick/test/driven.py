@@ -28,7 +28,7 @@ from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.parameters import load
 from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.physics import Phase
+from turtle_brick.physics import BrickState
 from turtle_brick.ros.tf import BRICK, PLATFORM, transform_message, WORLD
 from turtle_brick_interfaces.srv import Place
 
@@ -106,9 +106,9 @@ class SteppedGraph:
         for _ in range(round(seconds * NS_PER_SECOND / TICK_NS)):
             self.tick()
 
-    def until(self, condition: Callable[[], Any] | Phase, what: str = '') -> None:
-        if isinstance(condition, Phase):
-            phase, condition, what = condition, lambda: self.world.phase is phase, condition.value
+    def until(self, condition: Callable[[], Any] | BrickState, what: str = '') -> None:
+        if isinstance(condition, BrickState):
+            state, condition, what = condition, lambda: self.world.state is state, condition.value
         end = self.now + MAX_DURATION * NS_PER_SECOND
         while not condition():
             assert self.now < end, what

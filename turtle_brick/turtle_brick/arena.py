@@ -57,7 +57,7 @@ from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.time_steps import SECONDS_PER_NS, StepClock
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE, nearest_in_arena
-from turtle_brick.physics import Phase, STEP_NS, World
+from turtle_brick.physics import BrickState, STEP_NS, World
 from turtle_brick.ros.node_main import declare_parameters, run_node
 from turtle_brick.ros.tf import (BRICK, due_time, GuardedListener, LATCHED, PLATFORM, pose_of,
                                  recent_world_to, transform_message, WARNING_PERIOD, WORLD)
@@ -65,9 +65,9 @@ from turtle_brick_interfaces.srv import Place
 from visualization_msgs.msg import Marker, MarkerArray
 
 LOOKAHEAD_NS = STEP_NS
-"""Time (ns) by which a riding brick is simulated ahead of the clock. Viewers look up the latest
-time common to all transforms from world to the brick, as `latest_world_to` in ros/tf.py does. With
-the lookahead, the platform's transforms determine this time, and the brick never lags behind."""
+"""Time (ns) by which a riding brick is simulated ahead of the clock, at most one step. Viewers
+look up the latest time common to all transforms from world to the brick, as `latest_world_to` in
+ros/tf.py does. The platform's transforms determine this time, so the brick never lags behind."""
 
 MARKER_PERIOD = 1.0
 """Interval (s) for republishing the brick marker, which rviz2 ignores in an unknown frame."""
@@ -77,12 +77,12 @@ WALL_THICKNESS = 0.1
 
 WALL_COLOR: Color = (0.55, 0.62, 0.72, 1.0)
 
-BRICK_COLORS: dict[Phase, Color] = {
-    Phase.HOVERING: (0.80, 0.25, 0.15, 1.0),
-    Phase.FALLING: (1.00, 0.50, 0.00, 1.0),
-    Phase.RIDING: (0.20, 0.70, 0.25, 1.0),
-    Phase.FLOATING: (0.65, 0.35, 0.85, 1.0),
-    Phase.GROUNDED: (0.45, 0.30, 0.25, 1.0),
+BRICK_COLORS: dict[BrickState, Color] = {
+    BrickState.HOVERING: (0.80, 0.25, 0.15, 1.0),
+    BrickState.FALLING: (1.00, 0.50, 0.00, 1.0),
+    BrickState.RIDING: (0.20, 0.70, 0.25, 1.0),
+    BrickState.FLOATING: (0.65, 0.35, 0.85, 1.0),
+    BrickState.GROUNDED: (0.45, 0.30, 0.25, 1.0),
 }
 
 
@@ -94,11 +94,11 @@ class Arena(Node):
         parameters = declare_parameters(self)
 
         self.world = make_world(parameters)
-        self.phase = self.world.phase
-        """Phase last published on `brick_state`."""
+        self.brick_state = self.world.state
+        """State last published on `brick_state`."""
         self.step_clock = StepClock(STEP_NS)
         self.holds_brick_for_one_batch = False
-        """Whether the next batch of steps keeps the brick still so that `drop` responds first."""
+        """Whether the next batch, which may precede `drop`'s response, keeps the brick still."""
 
         self.tf_buffer = Buffer()
         self.tf_listener = GuardedListener(self.tf_buffer, self)
@@ -170,7 +170,7 @@ class Arena(Node):
 
         :param start: time (ns) of the first step, used only when the step clock (re)starts
         """
-        ahead = LOOKAHEAD_NS if self.world.phase is Phase.RIDING else 0
+        ahead = LOOKAHEAD_NS if self.world.state is BrickState.RIDING else 0
         transforms = []
         for time in self.step_clock.due(now + ahead, start):
             found = recent_world_to(self.tf_buffer, PLATFORM, time)
@@ -192,10 +192,10 @@ class Arena(Node):
 
     def publish_changes(self) -> None:
         """Publish the brick's state and marker if the state changed."""
-        if self.world.phase is not self.phase:
-            self.phase = self.world.phase
+        if self.world.state is not self.brick_state:
+            self.brick_state = self.world.state
             self.get_logger().info('The brick is {} at ({:.2f}, {:.2f}, {:.2f})'.format(
-                self.phase.value, *self.world.brick))
+                self.brick_state.value, *self.world.brick))
             self.publish_marker()
             self.publish_state()
 
@@ -210,7 +210,7 @@ class Arena(Node):
 
     def publish_marker(self) -> None:
         """Publish the marker of the brick."""
-        self.marker_publisher.publish(brick_marker(self.phase, self.world.size))
+        self.marker_publisher.publish(brick_marker(self.brick_state, self.world.size))
         if self.count_publishers('brick_marker') > 1:
             self.get_logger().warning(
                 'Another arena uses the same topics. Set ROS_DOMAIN_ID to a number that no one '
@@ -218,7 +218,7 @@ class Arena(Node):
 
     def publish_state(self) -> None:
         """Publish the state of the brick."""
-        self.state_publisher.publish(String(data=self.phase.value))
+        self.state_publisher.publish(String(data=self.brick_state.value))
 
 
 def make_world(parameters: Parameters) -> World:
@@ -229,9 +229,9 @@ def make_world(parameters: Parameters) -> World:
     return world
 
 
-def brick_marker(phase: Phase, size: Vector) -> Marker:
-    """Return a marker for a brick of a given size (m) in a given phase."""
-    marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[phase])
+def brick_marker(state: BrickState, size: Vector) -> Marker:
+    """Return a marker for a brick of a given size (m) in a given state."""
+    marker = box_marker(BRICK, 'brick', 0, (0.0, 0.0, 0.0), size, BRICK_COLORS[state])
     marker.frame_locked = True
     return marker
 
@@ -263,7 +263,3 @@ def wall_markers(size: float, height: float) -> MarkerArray:
 def main(args: list[str] | None = None) -> None:
     """Run the arena until Ctrl-C or SIGTERM."""
     run_node(Arena, args)
-
-
-if __name__ == '__main__':
-    main()

@@ -182,7 +182,3 @@ class CatcherNode(Node):
 def main(args: list[str] | None = None) -> None:
     """Run the catcher until Ctrl-C or SIGTERM."""
     run_node(CatcherNode, args)
-
-
-if __name__ == '__main__':
-    main()

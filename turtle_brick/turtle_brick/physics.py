@@ -19,7 +19,7 @@ Simulate a brick that falls onto a platform, rides on it and slides off.
                     |  ^-------------------'
                     '--> GROUNDED
 
-Releasing the brick starts a fall. Placing the brick makes it hover, regardless of its phase.
+Releasing the brick starts a fall. Placing the brick makes it hover, regardless of its state.
 
 The height of a falling brick is z = z0 - g t^2 / 2, where t is the time since the release. This
 closed-form solution does not accumulate errors. A sliding brick accelerates at g sin(tilt).
@@ -49,8 +49,8 @@ MIN_NORMAL_Z = 1e-9
 """Minimum vertical component of the unit normal of a platform that supports a brick."""
 
 
-class Phase(Enum):
-    """Phase of the brick's motion."""
+class BrickState(Enum):
+    """State of the brick's motion."""
 
     HOVERING = 'hovering'
     FALLING = 'falling'
@@ -64,7 +64,8 @@ class World:
     Keep track of the physics of the world.
 
     By default, the brick is a point and there is no platform. Set `size`, `thickness` and
-    `platform` to change these defaults.
+    `platform` to change these defaults. Call `release` once and then `step` repeatedly. For one
+    timestep of a fall, `drop` does both.
 
     The constructor and the `brick` setter raise ValueError if the location is not finite, is too
     far away, or puts the brick below the ground.
@@ -93,8 +94,8 @@ class World:
         self._last_platform: Platform | None = None
         """Platform at its last known pose, which determines the inclination of the brick."""
 
-        self.phase = Phase.HOVERING
-        """Phase of the brick's motion. Only this class changes it."""
+        self.state = BrickState.HOVERING
+        """State of the brick's motion. Only this class changes it."""
         self._yaw = 0.0
         """Heading (rad) of the brick in the world frame."""
         self._release_height = 0.0
@@ -132,14 +133,14 @@ class World:
             raise ValueError(f'z is {z:g} m, but must be at least {self._half_height:g} m so that '
                              'the bottom of the brick is not below the ground')
         self._brick: Vector = (x, y, z)
-        self.phase = Phase.HOVERING
+        self.state = BrickState.HOVERING
         self._yaw = 0.0
 
     def drop(self):
         """Update the brick's location by having it fall in gravity for one timestep."""
-        if self.phase in (Phase.HOVERING, Phase.FLOATING):
+        if self.state in (BrickState.HOVERING, BrickState.FLOATING):
             self.release()
-        if self.phase is not Phase.FALLING:
+        if self.state is not BrickState.FALLING:
             return
         x, y, previous_z = self._brick
         self._steps_fallen += 1
@@ -149,7 +150,7 @@ class World:
             return
         if z <= self._half_height:
             z = self._half_height
-            self.phase = Phase.GROUNDED
+            self.state = BrickState.GROUNDED
         self._brick = (x, y, z)
 
     @property
@@ -174,7 +175,7 @@ class World:
     @property
     def pose_on_platform(self) -> Pose | None:
         """Get the brick's pose in the platform frame, or None if the brick is not riding."""
-        if self.phase is not Phase.RIDING or self._platform is None:
+        if self.state is not BrickState.RIDING or self._platform is None:
             return None
         x, y, yaw = self._place
         return Pose((x, y, self.thickness + self._half_height), from_yaw(yaw))
@@ -183,24 +184,24 @@ class World:
         """
         Release the brick so that it starts to fall in the next step.
 
-        :raises ValueError: if the phase is neither HOVERING nor FLOATING
+        :raises ValueError: if the state is neither HOVERING nor FLOATING
         """
-        if self.phase is Phase.FALLING:
+        if self.state is BrickState.FALLING:
             raise ValueError('the brick is already falling')
-        if self.phase is Phase.RIDING:
+        if self.state is BrickState.RIDING:
             raise ValueError('the brick is on the platform, so tilt the platform or place the '
                              'brick elsewhere')
-        if self.phase is Phase.GROUNDED:
+        if self.state is BrickState.GROUNDED:
             raise ValueError('the brick is on the ground, so place it first')
-        self.phase = Phase.FALLING
+        self.state = BrickState.FALLING
         self._release_height = self._brick[2]
         self._steps_fallen = 0
 
     def step(self) -> None:
         """Advance the simulation by one timestep."""
-        if self.phase is Phase.FALLING:
+        if self.state is BrickState.FALLING:
             self.drop()
-        elif self.phase is Phase.RIDING and self._platform is not None:
+        elif self.state is BrickState.RIDING and self._platform is not None:
             self._slide(self._platform)
 
     @property
@@ -219,7 +220,7 @@ class World:
             return False
         self._place = Pose2D(x, y, self._yaw - platform.hinge_yaw)
         self._slide_velocity = (0.0, 0.0)
-        self.phase = Phase.RIDING
+        self.state = BrickState.RIDING
         self._follow(platform)
         return True
 
@@ -238,7 +239,7 @@ class World:
         has_slid_off = self._place != before and self._shape.is_clear_of(
             *self._place, *self.size[:2])
         if has_slid_off or normal[2] <= MIN_NORMAL_Z:
-            self.phase = Phase.FLOATING
+            self.state = BrickState.FLOATING
 
     def _follow(self, platform: Platform) -> None:
         x, y, yaw = self._place

@@ -28,7 +28,7 @@ from turtle_brick.core.parameters import (default_path, load, PARAMETER_RULES, P
                                           Parameters)
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.turtlesim_kinematics import ARENA_CENTER, ARENA_SIZE, TurtlePose
-from turtle_brick.physics import Phase
+from turtle_brick.physics import BrickState
 from turtle_brick_tools.simulation import guaranteed_distance, JITTER, Simulation
 import xacro
 import yaml
@@ -43,9 +43,10 @@ MAX_HEIGHT = 10.0
 """Maximum height (m) of the brick."""
 
 HINTS = {
-    Phase.FLOATING: 'The assignment requires that a brick that has left the platform floats.',
-    Phase.GROUNDED: 'The assignment requires that the brick is always inclined like the platform.'}
-"""Explanations of the phases in which the brick's behavior looks like a fault."""
+    BrickState.FLOATING: 'The assignment requires that a brick that has left the platform floats.',
+    BrickState.GROUNDED: (
+        'The assignment requires that the brick is always inclined like the platform.')}
+"""Explanations of the states in which the brick's behavior looks like a fault."""
 
 PLOT_TIME = 6.0
 """Duration (s) of the plots."""
@@ -153,9 +154,9 @@ class WebArena:
     def drop(self, delay: float = 0.1) -> None:
         """Drop the brick after a delay (s). If the brick has fallen, place it again first."""
         world = self.simulation.world
-        if world.phase in (Phase.GROUNDED, Phase.FLOATING):
+        if world.state in (BrickState.GROUNDED, BrickState.FLOATING):
             self.place(*self.placed)
-        if world.phase is not Phase.HOVERING:
+        if world.state is not BrickState.HOVERING:
             world.release()  # Always raises ValueError.
         self._release_at = self.simulation.time + delay
 
@@ -175,8 +176,8 @@ class WebArena:
                        'platform_joint': simulation.tilt_angle},
             'brick': world.brick, 'orientation': world.orientation,
             'guaranteed': max(guaranteed_distance(self.placed[2], self.parameters), 0.0),
-            'texts': {'drops': counts, 'brick_state': world.phase.value,
-                      'hint': HINTS.get(world.phase, ''),
+            'texts': {'drops': counts, 'brick_state': world.state.value,
+                      'hint': HINTS.get(world.state, ''),
                       'catcher_state': simulation.catcher.state.value,
                       'catcher_decision': decision.summary if decision else 'none yet',
                       'unreachable': warning}})
@@ -202,7 +203,7 @@ class WebArena:
         driver.predicts = 'last_pose' not in self.form
         if driver.pose is not None and driver.pose is not self._last_pose:
             self._last_pose = driver.pose
-            self.odometer.observe(self.simulation.time, driver.pose)
+            self.odometer.observe(self.simulation.time, driver.pose, driver.stem_angle)
             if (time := self.simulation.time - self._released_at) < PLOT_TIME:
                 self._samples.append((time, world.brick[2], math.hypot(*simulation.commanded),
                                       driver.pose.linear_velocity))
@@ -210,13 +211,13 @@ class WebArena:
             world.release()
             self._release_at, self._released_at = math.inf, self.simulation.time
             self._is_undecided, self._samples = True, []
-        elif self._is_undecided and world.phase is not Phase.FALLING:
+        elif self._is_undecided and world.state is not BrickState.FALLING:
             self._is_undecided = False
             accepted = any(decision.reachable for _, decision in simulation.decisions)
             refused = 'missed' if accepted else 'refused'
-            self.counts['caught' if world.phase is Phase.RIDING else refused] += 1
+            self.counts['caught' if world.state is BrickState.RIDING else refused] += 1
         elif ('random' in self.form and self._release_at == math.inf
-              and world.phase not in (Phase.FALLING, Phase.RIDING)
+              and world.state not in (BrickState.FALLING, BrickState.RIDING)
               and simulation.catcher.state is State.WAITING):
             low = resting_height(self.parameters) + 1.0
             x, y = self.random.uniform(0.0, ARENA_SIZE), self.random.uniform(0.0, ARENA_SIZE)

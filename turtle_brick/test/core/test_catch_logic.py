@@ -28,7 +28,7 @@ from turtle_brick.core.geometry import from_pitch, Pose
 from turtle_brick.core.robot_tracking import GOAL_TOLERANCE
 from turtle_brick.core.tilting_platform import Platform
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
-from turtle_brick.physics import Phase, STEP_NS
+from turtle_brick.physics import BrickState, STEP_NS
 
 
 ROBOT_LOST = {'is_beside_platform': True}
@@ -129,7 +129,7 @@ class CatchBench:
         self.observe_brick()
 
     def observe_brick(self):
-        is_attached = self.attaches_brick and self.world.phase is Phase.RIDING
+        is_attached = self.attaches_brick and self.world.state is BrickState.RIDING
         self.catcher.brick.observe(self.now, self.world.brick, is_attached)
 
     def update(self):
@@ -162,7 +162,7 @@ class CatchBench:
     def assert_tipped_off(self):
         self.reach_state(State.WAITING)
         assert self.states in (COURSE, COURSE[1:])
-        assert (self.world.phase, self.angle) == (Phase.FLOATING, 0.0)
+        assert (self.world.state, self.angle) == (BrickState.FLOATING, 0.0)
         assert all(decision.reachable for decision in self.decisions)
 
 
@@ -185,10 +185,10 @@ def test_bricks_are_caught_carried_to_the_center_and_tipped_off():
     for x, y in ((7.0, 7.0), (4.0, 5.5), (5.5, 5.5), (9.0, 2.0)):
         bench.drop(x, y, 16.0)
         bench.reach_state(State.CARRYING)
-        assert bench.world.phase is Phase.RIDING
+        assert bench.world.state is BrickState.RIDING
         bench.reach_state(State.TILTING)
         assert dist(bench.robot, CENTER) <= GOAL_TOLERANCE
-        assert bench.world.phase is Phase.RIDING
+        assert bench.world.state is BrickState.RIDING
         bench.assert_tipped_off()
         assert bench.goals == [(x, y), CENTER]
 
@@ -225,7 +225,7 @@ def test_unreachable_brick_causes_one_decision_and_no_motion():
     bench = CatchBench()
     bench.drop(10.0, 10.0, 3.0)
     bench.run(3.0)
-    assert bench.world.phase is Phase.GROUNDED
+    assert bench.world.state is BrickState.GROUNDED
     decision, = bench.decisions
     assert not decision.reachable and bench.goals == bench.tilts == []
     assert decision.fall.position == pytest.approx((10.0, 10.0, 3.0), abs=0.01)
@@ -321,7 +321,8 @@ def test_clock_set_back_resets_the_catcher(state):
     bench.run(5.0)
     assert bench.catcher.state is State.WAITING
     # A sliding brick does not stop, because there is no friction.
-    assert bench.world.phase is (Phase.RIDING if state is State.TILTING else Phase.FLOATING)
+    expected = BrickState.RIDING if state is State.TILTING else BrickState.FLOATING
+    assert bench.world.state is expected
     assert all(decision.reachable for decision in bench.decisions)
     bench.drop(4.0, 5.0, 9.0)
     bench.assert_tipped_off()

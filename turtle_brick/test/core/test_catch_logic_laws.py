@@ -24,7 +24,7 @@ import pytest
 from test_catch_logic import CatchBench
 from turtle_brick.core.catch_logic import CENTER, State
 from turtle_brick.core.turtlesim_arena import nearest_in_arena
-from turtle_brick.physics import Phase, STEP_NS
+from turtle_brick.physics import BrickState, STEP_NS
 
 
 @law(8)
@@ -59,7 +59,7 @@ def test_one_decision_per_fall_whatever_the_order_of_the_positions(data, height,
             world.step()
             x, y, z = world.brick
             is_right = number not in wrong
-            falls[now] = release if world.phase is Phase.FALLING and is_right else None
+            falls[now] = release if world.state is BrickState.FALLING and is_right else None
             for copy in range(copies[number % len(copies)]):
                 delay = seconds(delays[(number // 5 + copy) % len(delays)])
                 arrivals.append((now + delay, now, (x, y, z if is_right else z - 0.5)))

@@ -19,7 +19,7 @@ from math import inf, nan, pi
 import pytest
 from turtle_brick.core.geometry import from_pitch, IDENTITY, Pose
 from turtle_brick.core.tilting_platform import Platform
-from turtle_brick.physics import Phase, World
+from turtle_brick.physics import BrickState, World
 
 
 def tilted(angle):
@@ -30,15 +30,15 @@ def riding(x=0.0):
     world = World((x, 0.0, 1.1), 9.81, 0.5, 0.004)
     world.platform = tilted(0.0)
     world.release()
-    while world.phase is Phase.FALLING:
+    while world.state is BrickState.FALLING:
         world.step()
-    assert world.phase is Phase.RIDING
+    assert world.state is BrickState.RIDING
     return world
 
 
 def test_init():
     world = World(brick=(1.0, 2.0, 3.0), gravity=9.81, radius=0.5, dt=0.004)
-    assert (world.brick, world.phase) == ((1.0, 2.0, 3.0), Phase.HOVERING)
+    assert (world.brick, world.state) == ((1.0, 2.0, 3.0), BrickState.HOVERING)
 
 
 def test_brick_getter():
@@ -50,7 +50,7 @@ def test_brick_setter():
     world = World((1.0, 2.0, 3.0), 9.81, 0.5, 0.004)
     world.drop()
     world.brick = (4.0, 5.0, 6.0)
-    assert (world.brick, world.phase) == ((4.0, 5.0, 6.0), Phase.HOVERING)
+    assert (world.brick, world.state) == ((4.0, 5.0, 6.0), BrickState.HOVERING)
 
 
 def test_drop():
@@ -87,16 +87,16 @@ def test_invalid_location_is_refused(location, reason):
     world.size = (0.4, 0.2, 0.2)
     with pytest.raises(ValueError, match=reason):
         world.brick = location
-    assert (world.brick, world.phase) == ((1.0, 1.0, 3.0), Phase.HOVERING)
+    assert (world.brick, world.state) == ((1.0, 1.0, 3.0), BrickState.HOVERING)
     world.brick = (1.0, 1.0, 0.1)  # The brick may be placed on the ground.
 
 
 def test_release_starts_the_fall_with_the_next_step():
     world = World((0.0, 0.0, 10.0), gravity=10.0, radius=0.5, dt=0.1)
     world.step()
-    assert (world.brick, world.phase) == ((0.0, 0.0, 10.0), Phase.HOVERING)
+    assert (world.brick, world.state) == ((0.0, 0.0, 10.0), BrickState.HOVERING)
     world.release()
-    assert (world.brick, world.phase) == ((0.0, 0.0, 10.0), Phase.FALLING)
+    assert (world.brick, world.state) == ((0.0, 0.0, 10.0), BrickState.FALLING)
     world.step()
     assert world.brick == pytest.approx((0.0, 0.0, 9.95))
 
@@ -110,22 +110,23 @@ def test_brick_lands_on_the_platform():
 def test_brick_slides_off_a_tilted_platform_and_floats():
     world = riding()
     world.platform = tilted(0.5)
-    while world.phase is Phase.RIDING:
+    while world.state is BrickState.RIDING:
         world.step()
     x, y, z = world.brick
     assert x > 0.4 and y == pytest.approx(0.0) and z < 0.8
     world.step()
-    assert (world.brick, world.phase) == ((x, y, z), Phase.FLOATING)
+    assert (world.brick, world.state) == ((x, y, z), BrickState.FLOATING)
 
 
-@pytest.mark.parametrize('angle, phase', [
-    (pi / 2, Phase.FLOATING), (-pi / 2, Phase.FLOATING), (2.0, Phase.FLOATING),
-    (-pi, Phase.FLOATING), (pi / 2 - 1e-3, Phase.RIDING), (-pi / 2 + 1e-3, Phase.RIDING)])
-def test_platform_tilted_by_90_degrees_loses_the_brick(angle, phase):
+@pytest.mark.parametrize('angle, state', [
+    (pi / 2, BrickState.FLOATING), (-pi / 2, BrickState.FLOATING), (2.0, BrickState.FLOATING),
+    (-pi, BrickState.FLOATING), (pi / 2 - 1e-3, BrickState.RIDING),
+    (-pi / 2 + 1e-3, BrickState.RIDING)])
+def test_platform_tilted_by_90_degrees_loses_the_brick(angle, state):
     world = riding(0.1)
     world.platform = tilted(angle)
     world.step()
-    assert world.phase is phase
+    assert world.state is state
 
 
 def test_riding_brick_stays_in_place_without_a_platform():
@@ -133,7 +134,7 @@ def test_riding_brick_stays_in_place_without_a_platform():
     before = world.brick
     world.platform = None
     world.step()
-    assert (world.brick, world.phase, world.pose_on_platform) == (before, Phase.RIDING, None)
+    assert (world.brick, world.state, world.pose_on_platform) == (before, BrickState.RIDING, None)
     world.platform = Platform(Pose((7.0, 0.0, 1.0), IDENTITY))
     world.step()
     assert world.brick == pytest.approx((7.1, 0.0, 1.0))
@@ -153,11 +154,11 @@ def test_release_is_refused_while_the_brick_falls_rides_or_lies_on_the_ground():
     world.release()
     with pytest.raises(ValueError, match='^the brick is already falling$'):
         world.release()
-    while world.phase is Phase.FALLING:
+    while world.state is BrickState.FALLING:
         world.step()
     with pytest.raises(ValueError, match='^the brick is on the ground, so place it first$'):
         world.release()
     world.drop()
-    assert (world.brick, world.phase) == ((5.0, 5.0, 0.06), Phase.GROUNDED)
+    assert (world.brick, world.state) == ((5.0, 5.0, 0.06), BrickState.GROUNDED)
     with pytest.raises(ValueError, match='^the brick is on the platform, so tilt the platform '):
         riding().release()

@@ -22,7 +22,7 @@ import pytest
 from rigid import axes_of, distance_to_rectangle, Frame, X, Y, Z
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply, Pose
 from turtle_brick.core.tilting_platform import LEVEL_TOLERANCE, Platform
-from turtle_brick.physics import Phase, World
+from turtle_brick.physics import BrickState, World
 
 GRAVITY = 9.81
 RADIUS = 0.5
@@ -78,7 +78,7 @@ def released(brick, platform, gravity=GRAVITY, dt=DT, radius=RADIUS):
 
 def landed(*arguments, **keywords):
     world = released(*arguments, **keywords)
-    while world.phase is Phase.FALLING:
+    while world.state is BrickState.FALLING:
         world.step()
     return world
 
@@ -86,19 +86,19 @@ def landed(*arguments, **keywords):
 def riding(place=(0.0, 0.0), yaw=0.0, **keywords):
     x, y, z = on_platform(place, 0.0, 0.0, yaw, 0.0)
     world = landed((x, y, z + 0.02), platform_at(yaw=yaw), **keywords)
-    assert world.phase is Phase.RIDING
+    assert world.state is BrickState.RIDING
     return world
 
 
-@pytest.mark.parametrize('x, z, phase', [
-    (0.1, TOP + LIFT, Phase.RIDING), (0.1, TOP + LIFT + 1e-10, Phase.RIDING),
-    (0.1, TOP + LIFT - 0.9e-9, Phase.RIDING), (0.1, TOP + LIFT - 2e-9, Phase.GROUNDED),
-    (RADIUS, 5.0, Phase.RIDING), (RADIUS + 1e-9, 5.0, Phase.GROUNDED),
-    (0.1, LIFT, Phase.GROUNDED)])
-def test_brick_lands_on_edge_and_top_of_the_platform_and_on_the_ground(x, z, phase):
+@pytest.mark.parametrize('x, z, state', [
+    (0.1, TOP + LIFT, BrickState.RIDING), (0.1, TOP + LIFT + 1e-10, BrickState.RIDING),
+    (0.1, TOP + LIFT - 0.9e-9, BrickState.RIDING), (0.1, TOP + LIFT - 2e-9, BrickState.GROUNDED),
+    (RADIUS, 5.0, BrickState.RIDING), (RADIUS + 1e-9, 5.0, BrickState.GROUNDED),
+    (0.1, LIFT, BrickState.GROUNDED)])
+def test_brick_lands_on_edge_and_top_of_the_platform_and_on_the_ground(x, z, state):
     world = landed((x, 0.0, z), platform_at())
-    assert world.phase is phase
-    assert gap(world.brick, (x, 0.0, TOP + LIFT if phase is Phase.RIDING else LIFT)) <= 1e-12
+    assert world.state is state
+    assert gap(world.brick, (x, 0.0, TOP + LIFT if state is BrickState.RIDING else LIFT)) <= 1e-12
 
 
 @pytest.mark.parametrize('tilt, is_level', [
@@ -126,7 +126,7 @@ def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
     world = released((x + u, y + v, TOP + LIFT + height), away if comes else here, gravity, dt,
                      radius)
     step = 0
-    while world.phase is Phase.FALLING:
+    while world.state is BrickState.FALLING:
         course = TOP + LIFT + height - 0.5 * gravity * (step * dt) ** 2
         assert gap(world.brick, (x + u, y + v, course)) <= 1e-9
         step += 1
@@ -134,10 +134,10 @@ def test_brick_lands_only_if_the_platform_is_there_when_it_reaches_its_top(
             world.platform = here if comes else away
         world.step()
     if comes == (late <= 0) and hypot(u, v) < radius:
-        assert (world.phase, step) == (Phase.RIDING, crossing)
+        assert (world.state, step) == (BrickState.RIDING, crossing)
         assert gap(world.brick, (x + u, y + v, TOP + LIFT)) <= 1e-12
     else:
-        assert world.phase is Phase.GROUNDED
+        assert world.state is BrickState.GROUNDED
         assert gap(world.brick, (x + u, y + v, LIFT)) <= 1e-12
 
 
@@ -154,7 +154,7 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
         world.platform = platform_at(x, y, heading, tilt)
         pull = gravity * sin(tilt)
         for _ in range(steps):
-            if world.phase is not Phase.RIDING:
+            if world.state is not BrickState.RIDING:
                 break
             world.step()
             u, speed = u + speed * dt + 0.5 * pull * dt ** 2, speed + pull * dt
@@ -167,9 +167,10 @@ def test_slide_on_a_moving_platform(place, yaw, gravity, dt, program):
             # The heading of the brick was 0 when it landed.
             distance = distance_to_rectangle((u, v), -yaw, SIZE[:2])
             if abs(distance - RADIUS) > 1e-9:
-                assert world.phase is (Phase.FLOATING if distance > RADIUS else Phase.RIDING)
+                expected = BrickState.FLOATING if distance > RADIUS else BrickState.RIDING
+                assert world.state is expected
     world.brick = place = (x, y, 9.0)
-    assert (world.brick, world.phase, world.pose_on_platform) == (place, Phase.HOVERING, None)
+    assert (world.brick, world.state, world.pose_on_platform) == (place, BrickState.HOVERING, None)
     assert turning_gap(world.orientation, heading, tilt, heading) <= 1e-9
 
 

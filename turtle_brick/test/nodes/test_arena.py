@@ -25,7 +25,7 @@ from turtle_brick.arena import Arena, MARKER_PERIOD
 from turtle_brick.core.geometry import from_pitch, from_yaw, multiply
 from turtle_brick.core.time_steps import NS_PER_SECOND, SECONDS_PER_NS
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
-from turtle_brick.physics import Phase, STEP_NS
+from turtle_brick.physics import BrickState, STEP_NS
 from turtle_brick.ros.tf import MAX_AGE_NS, nanoseconds_of
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -70,7 +70,7 @@ def test_fall_by_its_stamps(bench):
     answered = bench.now + 100_000_000  # The arena pauses before it sends the response.
     for delay_ms in (100, 1, 30, 7, 13, 500):
         bench.tick(delay_ms * 1_000_000)
-    bench.until(Phase.GROUNDED)
+    bench.until(BrickState.GROUNDED)
     bench.run(0.5)
     samples = list(zip(stamps_of_each_step(bench.bricks), [
         transform.transform.translation for transform in bench.bricks]))
@@ -105,7 +105,7 @@ def test_brick_rides_with_a_moving_platform(bench):
     """While the brick is on the platform, its pose is broadcast in the platform frame."""
     bench.platform = (1.0, 5.0, 0.0, 0.0)
     assert bench.place(1.2, 5.1, 3.0).success and bench.drop().success
-    bench.until(Phase.RIDING)
+    bench.until(BrickState.RIDING)
     for number in range(50):
         bench.platform = (1.0 + 0.06 * number, 5.0, 0.0, 0.0)
         bench.tick()
@@ -113,13 +113,13 @@ def test_brick_rides_with_a_moving_platform(bench):
     assert bench.world.brick == pytest.approx(
         (4.14, 5.1, PARAMETERS.platform_height + HALF_HEIGHT), abs=1e-9)
     bench.platform = (4.0, 5.0, 0.0, 0.6)
-    bench.until(Phase.FLOATING)
+    bench.until(BrickState.FLOATING)
     bench.run(0.1)
     stamps_of_each_step(bench.bricks)
-    phases = [(frame, [one.transform.translation for one in transforms]) for frame, transforms
-              in groupby(bench.bricks, lambda transform: transform.header.frame_id)]
-    assert [frame for frame, _ in phases] == ['world', 'platform', 'world']
-    for place in phases[1][1][:250]:
+    parents = [(frame, [one.transform.translation for one in transforms]) for frame, transforms
+               in groupby(bench.bricks, lambda transform: transform.header.frame_id)]
+    assert [frame for frame, _ in parents] == ['world', 'platform', 'world']
+    for place in parents[1][1][:250]:
         assert (place.x, place.y, place.z) == pytest.approx(
             (0.2, 0.1, PARAMETERS.platform_thickness + HALF_HEIGHT), abs=1e-9)
     bench.platform, last = None, bench.now

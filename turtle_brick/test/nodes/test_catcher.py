@@ -26,7 +26,7 @@ from rclpy.duration import Duration
 from std_msgs.msg import String
 from turtle_brick.catcher import CatcherNode
 from turtle_brick.core.catch_logic import CENTER
-from turtle_brick.physics import Phase, STEP_NS
+from turtle_brick.physics import BrickState, STEP_NS
 from turtle_brick.ros.tf import nanoseconds_of
 from turtle_brick_interfaces.msg import Tilt
 from visualization_msgs.msg import Marker
@@ -75,11 +75,11 @@ def test_unreachable_and_reachable_brick(live, capfd):
     decisions = live.record('catcher_decision', String, LATCHED)
     live.wait_for(lambda: states.messages, TIMEOUT, 'the first state')
     bench.release(0.5, 1.0, 6.0)
-    bench.until(Phase.GROUNDED)
+    bench.until(BrickState.GROUNDED)
     goals, tilts = bench.connect()
     bench.release(6.0, 4.5, 8.0)
-    bench.until(Phase.RIDING)
-    bench.until(Phase.FLOATING)
+    bench.until(BrickState.RIDING)
+    bench.until(BrickState.FLOATING)
     assert dist(bench.platform[:2], CENTER) < 0.05
     bench.until(lambda: bench.platform[3] == 0.0, 'the platform is level')
     live.wait_for(lambda: len(states.messages) == 6, TIMEOUT, 'the last state')
@@ -115,24 +115,24 @@ def test_brick_attached_to_the_platform_is_carried(live):
     bench.connect()
     bench.place(5.0, 5.0, REST_Z)
     bench.run(3.0)
-    assert bench.goals == [] and bench.world.phase is Phase.HOVERING
+    assert bench.goals == [] and bench.world.state is BrickState.HOVERING
     bench.drop()
-    bench.until(Phase.FLOATING)
+    bench.until(BrickState.FLOATING)
 
 
 def test_tilt_and_goal_of_another_node_are_corrected(live):
     bench = Bench(live)
     bench.connect()
     bench.release(8.0, 7.0, 20.0)
-    for phase in (Phase.FALLING, Phase.RIDING):
-        bench.until(phase)
+    for state in (BrickState.FALLING, BrickState.RIDING):
+        bench.until(state)
         bench.run(0.3)
         bench.tilts.append(Tilt(angle=0.4))
         corner = PoseStamped(pose=Pose(position=Point(x=1.0, y=10.0)))
         bench.goals.append(corner)
         bench.run(0.06)
         assert bench.tilts[-1].angle == 0.0 and bench.goals[-1] is not corner
-    bench.until(Phase.FLOATING)
+    bench.until(BrickState.FLOATING)
     assert dist(bench.platform[:2], CENTER) < 0.05
 
 
@@ -142,7 +142,7 @@ def test_late_robot_is_reported_once(live, capfd):
     bench.run(0.5)
     for x in (6.5, 4.5):
         bench.release(x, 5.0, 8.0)
-        bench.until(Phase.FLOATING)
+        bench.until(BrickState.FLOATING)
     (warning,) = [line for line in capfd.readouterr().err.splitlines() if 'WARN' in line]
     needed = float(re.search(r'The robot needed ([\d.]+) s to respond to a goal, but '
                              r'command_latency is 0.11 s', warning)[1])

@@ -211,7 +211,8 @@ class Catcher:
             self.reason = reason
             self._state_start, self._ramp_start = now, self._tilt_angle
 
-        goal, angle = catch_goal or self._next_goal(previous), self._next_angle()
+        goal = catch_goal or self._next_goal(previous)
+        angle = self._next_angle()
         if goal is not None:
             self.robot.record_goal(now, goal)
         if angle is not None:

@@ -32,7 +32,7 @@ from turtle_brick.core.catch_logic import CENTER, State
 from turtle_brick.core.reachability import decide_reachability, resting_height, time_needed
 from turtle_brick.core.robot_tracking import GOAL_TOLERANCE, RobotState
 from turtle_brick.core.turtlesim_arena import ARENA_SIZE
-from turtle_brick.physics import Phase
+from turtle_brick.physics import BrickState
 from turtle_brick_tools.simulation import (Delays, DETECTION_TIME, fall_time, guaranteed_distance,
                                            SimulatedDrop, Simulation)
 
@@ -87,8 +87,8 @@ def test_both_guarantees_hold(delays):
             assert not SimulatedDrop(0, arena, result, guaranteed).broken_guarantee, case
             # An unreachable brick is missed because the robot does not move.
             assert result.caught is decision.reachable, case
-            assert simulation.world.phase is (
-                Phase.FLOATING if result.caught else Phase.GROUNDED), case
+            assert simulation.world.state is (
+                BrickState.FLOATING if result.caught else BrickState.GROUNDED), case
             time = fall_time(result.brick[2], parameters)
             assert 0.008 - 1e-9 <= result.decision_time <= 0.012 + 1e-9, case
             assert decision.available == pytest.approx(time - result.decision_time, abs=STEP), case
@@ -117,9 +117,9 @@ def test_reachable_bricks_are_caught_in_every_state_of_the_catcher():
             if random.random() < 0.5:
                 simulation.rest(random.uniform(0.0, 0.2))
                 continue
-            assert simulation.run(lambda: simulation.world.phase is not Phase.FALLING, 60.0)
+            assert simulation.run(lambda: simulation.world.state is not BrickState.FALLING, 60.0)
             (_, decision), = simulation.decisions[earlier:]
-            is_caught = simulation.world.phase is Phase.RIDING
+            is_caught = simulation.world.state is BrickState.RIDING
             assert is_caught or not decision.reachable, f'{simulation.parameters} {decision}'
             verdicts.append(decision.reachable)
             if is_caught and random.random() < 0.5:

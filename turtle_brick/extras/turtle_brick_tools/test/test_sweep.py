@@ -163,7 +163,7 @@ def test_a_moving_robot_catches_every_brick_reported_as_reachable(tmp_path, caps
 
 def test_a_trace_repeats_the_drop(caught):
     samples = trace(PARAMETERS, caught)
-    falling = [sample.time for sample in samples if sample.phase.name == 'FALLING']
+    falling = [sample.time for sample in samples if sample.brick_state.name == 'FALLING']
     assert falling[0] == pytest.approx(0.004)
     assert falling[-1] + 0.004 == pytest.approx(caught.result.fall_time)
     assert max(sample.commanded for sample in samples) == pytest.approx(PARAMETERS.max_velocity)
@@ -171,7 +171,7 @@ def test_a_trace_repeats_the_drop(caught):
                        for speed in ('commanded', 'speed'))
     assert 0.0 < command - caught.result.decision_time < 0.020 < motion - command < 0.090
     assert max(sample.tilt for sample in samples) == pytest.approx(PARAMETERS.tilt_angle)
-    assert {sample.phase.name for sample in samples} == {
+    assert {sample.brick_state.name for sample in samples} == {
         'HOVERING', 'FALLING', 'RIDING', 'FLOATING'}
 
 

@@ -78,7 +78,7 @@ FINE_DASHES = (0, (2, 2))
 
 STATE_COLORS = {'waiting': '#cbd2d9', 'approaching': '#f0a04b', 'carrying': '#4caf6e',
                 'tilting': '#b565c9', 'leveling': '#5b8def'}
-PHASE_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'riding': '#d5ecd8',
+BRICK_COLORS = {'hovering': '#eef2f6', 'falling': '#ffe3c4', 'riding': '#d5ecd8',
                 'floating': '#d9e6f8', 'grounded': '#e6ddd8'}
 
 
@@ -169,9 +169,9 @@ def one_drop(samples: Sequence[TraceSample], drop: SimulatedDrop, parameters: Pa
         strip.set_title('state of the catcher', fontsize=9, fontweight='normal')
         _color_spans(strip, time, [sample.state.name.lower() for sample in samples],
                      STATE_COLORS, 0.7)
-        phases = [sample.phase.value for sample in samples]
+        brick_states = [sample.brick_state.value for sample in samples]
         for axes in (height, distance, speed, tilt):
-            _color_spans(axes, time, phases, PHASE_COLORS, 0.96 if axes is height else None)
+            _color_spans(axes, time, brick_states, BRICK_COLORS, 0.96 if axes is height else None)
             axes.axvline(drop.result.decision_time, color=MISSED, linewidth=0.9, linestyle=':')
         _draw_curves(samples, drop, height, distance, speed, tilt)
         for axes, value, label in (

@@ -39,7 +39,7 @@ from turtle_brick.core.tilting_platform import Platform, PlatformShape
 from turtle_brick.core.time_steps import SECONDS_PER_NS
 from turtle_brick.core.turtlesim_kinematics import (ARENA_CENTER, ARENA_SIZE,
                                                     nearest_in_arena, TICK, Turtle, TurtlePose)
-from turtle_brick.physics import Phase, STEP_NS, World
+from turtle_brick.physics import BrickState, STEP_NS, World
 
 ROBOT_PERIOD_NS = round(driving.COMMAND_PERIOD / SECONDS_PER_NS)
 TICK_NS = round(TICK / SECONDS_PER_NS)
@@ -170,16 +170,16 @@ class Simulation:
         released = self._physics_at - STEP_NS  # The next step is the first to move the brick.
         robot = self.turtle.pose[:2]
         earlier_decisions = len(self.decisions)
-        self.run(lambda: world.phase is not Phase.FALLING)
+        self.run(lambda: world.state is not BrickState.FALLING)
         fall_time = (self.now - released) * SECONDS_PER_NS
-        caught = world.phase is Phase.RIDING
+        caught = world.state is BrickState.RIDING
         carried_to, slide_time = None, 0.0
         if caught:
             # The time limit is long enough for the robot to cross the arena at max_velocity.
             self.run(lambda: catcher.state is State.TILTING,
                      30.0 + 16.0 / self.parameters.max_velocity)
             carried_to, tilted = self.turtle.pose[:2], self.now
-            self.run(lambda: world.phase is Phase.FLOATING, 30.0)
+            self.run(lambda: world.state is BrickState.FLOATING, 30.0)
             slide_time = (self.now - tilted) * SECONDS_PER_NS
         finished = self.run(lambda: catcher.state is State.WAITING, 10.0)
         decision, decision_time = None, inf
@@ -397,7 +397,7 @@ class TraceSample(NamedTuple):
     tilt: float  # Platform angle (rad).
     commanded: float  # Speed (m/s) commanded by the robot.
     speed: float  # Speed (m/s) of the turtle in turtlesim.
-    phase: Phase
+    brick_state: BrickState
     state: State
 
 
@@ -411,11 +411,12 @@ def trace(parameters: Parameters, drop: SimulatedDrop) -> list[TraceSample]:
         samples.append(TraceSample(
             simulation.time, simulation.world.brick, (turtle.x, turtle.y),
             simulation.tilt_angle, hypot(*simulation.commanded), turtle.linear_velocity,
-            simulation.world.phase, simulation.catcher.state))
+            simulation.world.state, simulation.catcher.state))
 
     simulation.after_step = record_sample
     simulation.drop(drop.result.brick)
     simulation.rest(0.3)
-    first_step = next(sample.time for sample in samples if sample.phase is Phase.FALLING)
+    first_step = next(sample.time for sample in samples
+                      if sample.brick_state is BrickState.FALLING)
     release = first_step - STEP_NS * SECONDS_PER_NS
     return [sample._replace(time=sample.time - release) for sample in samples]

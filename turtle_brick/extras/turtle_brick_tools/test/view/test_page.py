@@ -30,7 +30,7 @@ from turtle_brick.core.catch_logic import State
 from turtle_brick.core.geometry import from_pitch, from_yaw, IDENTITY, Pose, rotate
 from turtle_brick.core.parameters import default_path
 from turtle_brick.core.time_steps import NS_PER_SECOND
-from turtle_brick.physics import Phase
+from turtle_brick.physics import BrickState
 from turtle_brick.ros.tf import transform_message
 from turtle_graph.view.page import Page
 from turtle_graph.view.replay import Replay, Snapshot
@@ -83,9 +83,9 @@ class PageBench:
         self.page.on_transforms(static, TFMessage(transforms=[transform_message(
             parent, child, Pose(position, rotation), Time(nanoseconds=self.now).to_msg())]))
 
-    def send_brick(self, phase):
-        self.page.on_markers('brick_marker', brick_marker(phase, (0.4, 0.2, 0.12)))
-        self.page.on_text('brick_state', String(data=phase.value))
+    def send_brick(self, state):
+        self.page.on_markers('brick_marker', brick_marker(state, (0.4, 0.2, 0.12)))
+        self.page.on_text('brick_state', String(data=state.value))
 
     def status_after(self, *events):
         """Send events to the page, and return the displayed status and whether it is an alarm."""
@@ -171,12 +171,12 @@ def test_panel_shows_state_and_height_of_the_brick(bench):
     bench.send_transform('world', 'brick', (7.5, 7.0, 8.0))
     bench.draw(after=NS_PER_SECOND)
     assert bench.last_argument(bench.panel.show_brick) == 'height 8.00 m'
-    for phase in Phase:
-        bench.send_brick(phase)
+    for state in BrickState:
+        bench.send_brick(state)
         bench.send_transform('world', 'brick', (7.5, 7.0, 8.0))
         bench.draw(after=NS_PER_SECOND)
-        assert bench.last_argument(bench.panel.show_brick) == f'{phase.value}, height 8.00 m'
-        assert bench.panel.suggest_position.called == (phase is Phase.HOVERING)
+        assert bench.last_argument(bench.panel.show_brick) == f'{state.value}, height 8.00 m'
+        assert bench.panel.suggest_position.called == (state is BrickState.HOVERING)
         bench.panel.suggest_position.reset_mock()
 
 
@@ -239,11 +239,13 @@ def test_replay_shows_the_last_drop_at_a_fraction_of_its_speed():
 def test_page_shows_the_replay_until_a_second_click_or_a_new_drop(bench):
     bench.page.toggle_replay(1.0)
     bench.panel.show_response.assert_called_with('replay: no drop has been recorded', False)
-    for phase, height in ((Phase.FALLING, 5.0), (Phase.RIDING, 3.0), (Phase.HOVERING, 8.0)):
-        bench.send_brick(phase)
+    for state, height in ((BrickState.FALLING, 5.0), (BrickState.RIDING, 3.0),
+                          (BrickState.HOVERING, 8.0)):
+        bench.send_brick(state)
         bench.send_transform('world', 'brick', (0.0, 0.0, height))
         bench.draw(after=NS_PER_SECOND)
-    for end in (lambda: bench.page.toggle_replay(1.0), lambda: bench.send_brick(Phase.FALLING)):
+    for end in (lambda: bench.page.toggle_replay(1.0),
+                lambda: bench.send_brick(BrickState.FALLING)):
         bench.page.toggle_replay(1.0)
         assert bench.draw(NS_PER_SECOND // 2)['brick_marker/brick/0'].position == (0.0, 0.0, 4.0)
         assert bench.last_argument(bench.scene.keep_in_view) == [(0.0, 0.0, 5.0), (0.0,) * 3]
@@ -304,7 +306,7 @@ def test_invalid_messages_are_ignored_with_one_warning_each(bench):
 def test_objects_that_move_together_are_drawn_at_the_same_time(bench):
     """Transforms of the robot and platform (100 Hz) and the brick (250 Hz) arrive separately."""
     bench.send_transform('world', 'odom', (1.0, 1.0, 0.0), static=True)
-    bench.send_brick(Phase.RIDING)
+    bench.send_brick(BrickState.RIDING)
     position = (0.3, -0.2, 0.1)
     for step in range(200):
         bench.now += NS_PER_SECOND // 1000
@@ -326,7 +328,7 @@ def test_objects_that_move_together_are_drawn_at_the_same_time(bench):
 
 
 def test_object_without_new_transforms_stays_and_does_not_delay_others(bench):
-    bench.send_brick(Phase.HOVERING)
+    bench.send_brick(BrickState.HOVERING)
     bench.send_transform('world', 'brick', (0.0, 0.0, 3.0))
     for step in range(1, 101):
         bench.now += NS_PER_SECOND // 50

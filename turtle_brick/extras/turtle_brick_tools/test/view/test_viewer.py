@@ -28,7 +28,7 @@ from live_graph import graph, LATCHED, process, TIMEOUT
 import pytest
 from std_msgs.msg import Float32
 from std_srvs.srv import Empty
-from turtle_brick.physics import Phase
+from turtle_brick.physics import BrickState
 from turtle_brick_interfaces.msg import Tilt
 from turtle_brick_tools.graph import executable
 from turtle_graph.client.spinning import STOP_SIGNALS
@@ -153,7 +153,7 @@ def test_commands_on_the_page_are_executed_and_their_responses_shown(domain_id, 
         assert '#c92a2a' in live.viewer.panel.response.content, 'a failure is red'
         assert place((5.0, 5.0, 3.0)).startswith('place: the brick hovers at (5, 5, 3)')
         drop((4.0, 5.0, 3.0))
-        live.wait_for(lambda: world.phase is Phase.GROUNDED, TIMEOUT, 'the end of the fall')
+        live.wait_for(lambda: world.state is BrickState.GROUNDED, TIMEOUT, 'the end of the fall')
         assert world.brick[:2] == (4.0, 5.0)
         assert drop().startswith('drop: the brick is on the ground')
 

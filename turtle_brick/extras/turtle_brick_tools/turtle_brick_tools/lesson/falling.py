@@ -26,7 +26,7 @@ from turtle_brick.core.geometry import Vector
 from turtle_brick.core.parameters import Parameters
 from turtle_brick.core.reachability import resting_height
 from turtle_brick.core.time_steps import SECONDS_PER_NS
-from turtle_brick.physics import Phase, STEP_NS, World
+from turtle_brick.physics import BrickState, STEP_NS, World
 from turtle_brick_tools.plots import CAUGHT, FAINT, INK, MISSED, new_figure, REFUSED
 from turtle_brick_tools.simulation import fall_time, make_world, platform_at
 
@@ -40,7 +40,7 @@ def fall(parameters: Parameters, world: World | None = None) -> np.ndarray:
     x, y, _ = world.brick
     world.platform = platform_at(x, y, 0.0, 0.0, parameters)
     heights = [world.brick[2]]
-    while world.phase is not Phase.RIDING:
+    while world.state is not BrickState.RIDING:
         world.drop()
         heights.append(world.brick[2])
     return np.array(heights)
@@ -53,7 +53,7 @@ def slide(parameters: Parameters) -> tuple[list[Vector], np.ndarray]:
     fall(parameters, world)
     world.platform = tilted = platform_at(0.0, 0.0, 0.0, parameters.tilt_angle, parameters)
     bricks = []
-    while world.phase is Phase.RIDING:
+    while world.state is BrickState.RIDING:
         world.step()
         bricks.append(world.brick)
     return bricks, np.array([tilted.coordinates_of(brick)[0] for brick in bricks])
