@@ -143,8 +143,8 @@ def test_a_graph_that_its_command_starts_in_a_namespace_is_judged(domain_id, mon
                          TIMEOUT)
 
     monkeypatch.setattr(referee.Trial, 'run', run)
-    arena = [sys.executable, '-m', 'turtle_brick.arena', '--ros-args', '-r', '__ns:=/elsewhere',
-             '--params-file', str(default_path())]
+    arena = [sys.executable, '-c', 'from turtle_brick.arena import main; main()', '--ros-args',
+             '-r', '__ns:=/elsewhere', '--params-file', str(default_path())]
     options, command = referee.parse(['--', *arena])
     referee.observe(Profile(), options, command, print, Program(), '')
     assert namespaces == ['/', '/elsewhere']
