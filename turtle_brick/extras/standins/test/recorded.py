@@ -37,7 +37,7 @@ TIMEOUT = 120.0
 POLL_TIME = 0.1
 """Maximum time (s) between two checks of a condition."""
 
-PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing'}
+PROGRAMS = {'ros2': 'ros2cli.cli', 'launch_test': 'launch_testing.launch_test'}
 """Module of each program that can run in a forked process."""
 
 FORKS = get_context('forkserver')

@@ -101,7 +101,7 @@ def test_a_package_that_the_environment_lacks_is_explained():
     with pytest.raises(ModuleNotFoundError, match="^No module named 'rospy'"):
         import_module('rospy')
     for find, error in (
-            (FindPackageShare.find, PackageNotFoundError), (executables, RuntimeError)):
+            (FindPackageShare('joy').find, PackageNotFoundError), (executables, RuntimeError)):
         with pytest.raises(error, match='joy is not available in this environment.* fault'):
             find('joy')
         with pytest.raises(error, match="ackage 'joi' not found"):

@@ -11,8 +11,9 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Check the style of the stand-ins and of the web page."""
+"""Check the style of the stand-ins and of the web page, and the types of the stand-ins."""
 
+import os
 from pathlib import Path
 
 from ament_copyright.main import main as check_copyright
@@ -21,6 +22,11 @@ from ament_pep257.main import main as check_docstrings
 import pytest
 
 EXTRAS = Path(__file__).parents[2]
+TYPED = [str(EXTRAS / 'standins' / name) for name in ('launch',)]
+ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
+CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
+"""Cache directory of mypy."""
+
 FOLDERS = [str(EXTRAS / name) for name in ('standins', 'website')]
 
 
@@ -41,3 +47,13 @@ def test_pep257():
 @pytest.mark.linter
 def test_copyright():
     assert check_copyright(argv=FOLDERS) == 0
+
+
+@pytest.mark.linter
+@pytest.mark.mypy
+def test_mypy():
+    api = pytest.importorskip('mypy.api', reason='mypy is not installed')
+    report, errors, status = api.run(
+        ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
+         '--warn-unused-ignores', '--disallow-untyped-defs', *TYPED])
+    assert status == 0, report + errors

@@ -111,8 +111,10 @@ def launch_error(output: str) -> str:
     errors = LAUNCH_ERROR.findall(output)
     if not errors:
         return '; '.join(crashes(output))
-    # If several parsers fail, the error of the parser for the file type is listed first.
-    error = next(part for part in errors[-1].split('\n - ') if 'multiple exceptions' not in part)
+    # A sentence about the launch file precedes the errors of the parsers. The first parser is the
+    # one for the file type.
+    sentence, *causes = errors[-1].split('\n - ')
+    error = causes[0] if causes and 'Captured' not in sentence else errors[-1]
     command, _, printed = error.partition('Captured stderr output:')
     error = reason(printed or error) or printed or error
     if printed:

@@ -1,0 +1,28 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The action ResetEnvironment."""
+
+from __future__ import annotations
+
+from launch.action import Action
+from launch.frontend import expose_action
+from launch.launch_context import LaunchContext
+
+
+@expose_action('reset_env')
+class ResetEnvironment(Action):
+    """Restores the environment variables with which the launch began."""
+
+    def execute(self, context: LaunchContext) -> None:
+        context.set_environment(context.initial_environment)

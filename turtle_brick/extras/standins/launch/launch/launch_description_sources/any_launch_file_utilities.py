@@ -1,0 +1,61 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The reader of launch files in any format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+import os
+
+from launch.frontend.parser import Parser
+from launch.invalid_launch_file_error import InvalidLaunchFileError
+from launch.launch_description import LaunchDescription
+from launch.launch_description_sources.frontend_launch_file_utilities import (
+    get_launch_description_from_frontend_launch_file)
+from launch.launch_description_sources.python_launch_file_utilities import (
+    get_launch_description_from_python_launch_file)
+
+
+def readers() -> dict[str, Callable[[str], LaunchDescription]]:
+    """Return the functions that read a launch file, keyed by file name extension."""
+    found: dict[str, Callable[[str], LaunchDescription]] = {
+        'py': get_launch_description_from_python_launch_file}
+    for parser in Parser.get_parsers_from_entry_points().values():
+        for extension in parser.get_file_extensions():
+            found[extension] = partial(
+                get_launch_description_from_frontend_launch_file, parser=parser)
+    return found
+
+
+def get_launch_description_from_any_launch_file(path: str) -> LaunchDescription:
+    """
+    Read a launch file. A file with an unknown extension may have any format.
+
+    :raises InvalidLaunchFileError: if the file cannot be read
+    """
+    extension = os.path.splitext(path)[1][1:]
+    if extension in readers():
+        try:
+            return readers()[extension](path)
+        except Exception as error:
+            raise InvalidLaunchFileError(
+                f"The launch file '{path}' has an error:\n - {type(error).__name__}: {error}"
+            ) from error
+    for read in readers().values():
+        with suppress(Exception):
+            return read(path)
+    raise InvalidLaunchFileError(
+        f"The launch file '{path}' has a syntax error, or its format is unknown")

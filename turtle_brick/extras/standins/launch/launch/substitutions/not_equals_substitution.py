@@ -1,0 +1,28 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The substitution NotEqualsSubstitution."""
+
+from __future__ import annotations
+
+from launch.frontend.expose import expose_substitution
+from launch.launch_context import LaunchContext
+from launch.substitutions.equals_substitution import EqualsSubstitution
+
+
+@expose_substitution('not-equals', least=2, most=2)
+class NotEqualsSubstitution(EqualsSubstitution):
+    """The text `true` if two values differ as booleans, numbers or text."""
+
+    def is_equal(self, context: LaunchContext) -> bool:
+        return not super().is_equal(context)

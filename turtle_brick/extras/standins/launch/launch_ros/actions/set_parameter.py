@@ -1,0 +1,49 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The action SetParameter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from launch import Action, LaunchContext, SomeSubstitutionsType
+from launch.frontend import Entity, expose_action, Parser
+from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
+from launch_ros.utilities.evaluate_parameters import evaluate_parameter_dict
+
+
+@expose_action('set_parameter')
+class SetParameter(Action):
+    """
+    Sets a parameter of all following nodes.
+
+    As in ROS, the end of a group does not undo this action.
+    """
+
+    def __init__(self, name: SomeSubstitutionsType, value: Any, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.name = normalize_to_list_of_substitutions(name)
+        self.value = value
+
+    @classmethod
+    def parse(cls, entity: Entity, parser: Parser) -> tuple[type[Action], dict[str, Any]]:
+        _, arguments = super().parse(entity, parser)
+        arguments['name'] = parser.parse_substitution(entity.get_attr('name'))
+        arguments['value'] = parser.parse_substitution(entity.get_attr('value'))
+        return cls, arguments
+
+    def execute(self, context: LaunchContext) -> None:
+        name = perform_substitutions(context, self.name)
+        parameters = evaluate_parameter_dict(context, {name: self.value})
+        context.launch_configurations.setdefault('global_params', []).extend(parameters.items())

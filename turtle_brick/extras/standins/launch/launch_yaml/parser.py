@@ -1,0 +1,43 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The parser of YAML launch files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from launch import frontend
+from launch_yaml.entity import Entity
+import yaml
+
+
+class Parser(frontend.Parser):
+    """A parser that converts the entities in a YAML launch file to actions."""
+
+    @classmethod
+    def get_file_extensions(cls) -> list[str]:
+        return ['yaml', 'yml']
+
+    @classmethod
+    def load(cls, path: str) -> tuple[Entity, Parser]:
+        try:
+            tree = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+        except yaml.YAMLError as error:
+            raise frontend.InvalidFrontendLaunchFileError(
+                f"'{path}' is not valid YAML: {error}") from None
+        if not isinstance(tree, dict) or len(tree) != 1:
+            raise frontend.InvalidFrontendLaunchFileError(
+                f"'{path}' must have exactly one root, which is 'launch'")
+        ((type_name, content),) = tree.items()
+        return Entity(content, type_name), cls()
