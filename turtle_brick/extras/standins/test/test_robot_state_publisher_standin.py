@@ -137,7 +137,7 @@ def test_urdf_has_the_recorded_verdict_warnings_and_transforms(case):
 
 
 @pytest.mark.parametrize('name, reason', [
-    ('xml_unquoted', "invalid XML in <document>: '<robot name=r>"),
+    ('xml_unquoted', 'robot_description is not valid XML: not well-formed'),
     ('two_roots', r"the roots are \['a', 'b'\]"),
     ('loop_below_the_root', r"the links \['a', 'b', 'c', 'b'\] form a loop"),
     ('joint_no_parent', r'joint \[j\]: link \[\] does not exist'),

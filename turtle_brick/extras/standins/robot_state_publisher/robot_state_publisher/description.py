@@ -23,9 +23,8 @@ from math import cos, hypot, isinf, nan, sin
 from pathlib import Path
 import re
 from typing import NamedTuple
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, fromstring, ParseError
 
-from robot_state_publisher.xml_reader import parse_xml
 from tf2_ros.buffer_core import compose, IDENTITY, Transform
 import yaml
 
@@ -184,6 +183,20 @@ def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[
     return roots[0], tree
 
 
+def read_robot(urdf: str) -> Element:
+    """Return the <robot> element of a URDF, or raise a ValueError if there is none."""
+    try:
+        robot = fromstring(urdf.strip().removeprefix('\ufeff'))
+    except ParseError as error:
+        raise ValueError(f'robot_description is not valid XML: {error}') from None
+    if robot.tag != 'robot' or 'name' not in robot.attrib:
+        raise ValueError(f'robot_description contains <{robot.tag}> with the attributes '
+                         f'{list(robot.attrib)}, but must contain a <robot> with a name')
+    if robot.get('version', '1.0') != '1.0':
+        raise ValueError(f'The version of <robot> is {robot.get("version")}, but must be 1.0')
+    return robot
+
+
 def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
     """
     Return the joints in a URDF, sorted by name.
@@ -191,9 +204,7 @@ def parse(urdf: str, warn: Warn) -> dict[str, Joint]:
     :param warn: function called with a message for each ignored part of the URDF
     :raises ValueError: if the real robot_state_publisher rejects the URDF
     """
-    robot = parse_xml(urdf).find('robot')
-    if robot is None or 'name' not in robot.attrib or robot.get('version', '1.0') != '1.0':
-        raise ValueError('robot_description must contain a <robot> with a name and version 1.0')
+    robot = read_robot(urdf)
     materials, links, elements = (
         by_name(robot.findall(tag)) for tag in ('material', 'link', 'joint'))
     used = [*materials.values(), *robot.iterfind('link/visual/material')]
