@@ -25,7 +25,7 @@ from geometry_msgs.msg import (Point32, PointStamped, PolygonStamped, Pose, Pose
                                Vector3Stamped)
 from launch_ros.substitutions import FindPackageShare
 import pytest
-from ros2cli.packages import executables
+from ros2pkg.api import get_executable_paths
 import tf2_geometry_msgs
 from tf2_ros import Buffer, LookupException, TypeException
 
@@ -101,7 +101,8 @@ def test_a_package_that_the_environment_lacks_is_explained():
     with pytest.raises(ModuleNotFoundError, match="^No module named 'rospy'"):
         import_module('rospy')
     for find, error in (
-            (FindPackageShare('joy').find, PackageNotFoundError), (executables, RuntimeError)):
+            (FindPackageShare('joy').find, PackageNotFoundError),
+            (get_executable_paths, RuntimeError)):
         with pytest.raises(error, match='joy is not available in this environment.* fault'):
             find('joy')
         with pytest.raises(error, match="ackage 'joi' not found"):

@@ -34,15 +34,22 @@ import pytest
 import rclpy
 from recorded import (Command, FORKS, POLL_TIME, records, restored_signal_handlers, run_here,
                       with_paths, write_files)
-from ros2cli import cli, messages
-import ros2cli.graph as cli_graph
-from ros2cli.graph import GraphNode, is_complete
-from ros2cli.packages import executables
+from ros2cli import cli
+from ros2cli.node import direct
+from ros2cli.node.direct import GraphNode, is_complete
+from ros2interface.api import complete_interface
+from ros2launch.api import complete_launch_file_name
+from ros2param.api import complete_parameter_name
+from ros2pkg.api import get_executable_paths
+from ros2topic.api import complete_message_type
+import ros2topic.verb.bw as bw
+import ros2topic.verb.delay as delay_verb
+import ros2topic.verb.hz as hz
 from turtle_brick_tools.graph import Graph
 from turtle_graph.client.domains import reserved_domain
 import yaml
 
-TABLE = yaml.safe_load(Path(cli.__file__).with_name('command_line.yaml').read_text())
+ALTERNATIVES = yaml.safe_load(Path(cli.__file__).with_name('alternatives.yaml').read_text())
 RECORDS = {name: record for name, record in records(
     'cli', 'launch_show_args', 'launch_errors').items()
     if not record['stdout'].startswith('[INFO]')}  # test_launch_standin.py replays the others.
@@ -142,8 +149,8 @@ def open_graph_here(arena):
     """Yield a replacement for open_graph() that does not wait for discovery."""
     with pytest.MonkeyPatch.context() as environment, restored_signal_handlers():
         environment.setenv('ROS_DOMAIN_ID', str(arena.context.get_domain_id()))
-        with cli_graph.open_graph() as graph:  # This call waits for discovery.
-            cli_graph.joined.clear()  # Commands must not end this process.
+        with direct.open_graph() as graph:  # This call waits for discovery.
+            direct.joined.clear()  # Commands must not end this process.
 
             @contextlib.contextmanager
             def open_graph(found=None, name=None):
@@ -262,8 +269,9 @@ def test_ctrl_c_during_the_imports_prints_no_traceback(tmp_path):
     for module in ('rclpy', 'yaml'):
         (tmp_path / f'{module}.py').write_text('import signal\nsignal.raise_signal(signal.SIGINT)')
     path = f'{tmp_path}:{os.environ["PYTHONPATH"]}'
-    for program in (shutil.which('ros2'), shutil.which('rviz2'), *executables('turtlesim'),
-                    *executables('joint_state_publisher'), *executables('robot_state_publisher')):
+    packages = ('turtlesim', 'joint_state_publisher', 'robot_state_publisher')
+    programs = [path for package in packages for path in get_executable_paths(package)]
+    for program in (shutil.which('ros2'), shutil.which('rviz2'), *programs):
         command = Command([program], {**os.environ, 'PYTHONPATH': path})
         command.end(30.0)
         assert (program, command.status, command.error) == (program, -signal.SIGINT, '')
@@ -292,7 +300,7 @@ MAY_DIFFER = (
     (r'A message was lost!!!\n.*\n.*---\n', ''),
     (r'no new messages\n', ''),  # `ros2 topic delay` prints this line on a busy machine.
     (r'\nThis is a stand-in for ros2cli.*\n', ''),
-    (rf' +({"|".join(name.split()[-1] for name in TABLE["instead"])}) +[A-Z].*\n', ''),
+    (rf' +({"|".join(name.split()[-1] for name in ALTERNATIVES)}) +[A-Z].*\n', ''),
     (r'\(choose from .*\)', ''),
     (r'Traceback \(most recent call last\):\n(  .*\n)+', ''),
     (r'(-\w) [A-Z_]+, (?=--)', r'\1, '),
@@ -356,8 +364,7 @@ def test_command(name, outcomes, files):
 
 @pytest.mark.parametrize('name', HERE)
 def test_verb(name, open_graph_here, files, monkeypatch):
-    for module in (cli_graph, messages):
-        monkeypatch.setattr(module, 'open_graph', open_graph_here)
+    monkeypatch.setattr(direct, 'open_graph', open_graph_here)
     record = RECORDS[name]
     done = run_here(with_paths(record['command'], files), monkeypatch, record.get('stdin', ''))
     monkeypatch.undo()
@@ -407,28 +414,31 @@ MESSAGES = ((0.2, 120), (0.5, 80), (0.6, 400), (1.4, 100), (1.9, 300))
 """Reception time (s) and delay n (ms) of each message, whose size is 100 * n bytes."""
 
 REPORTS = {
-    messages.bandwidth_report: """
+    bw: """
 57.14 KB/s from 3 messages
 \tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB
 33.33 KB/s from 3 messages
 \tMessage size mean: 26.67 KB min: 10.00 KB max: 40.00 KB""",
-    messages.delay_report: """
+    delay_verb: """
 average delay: 0.267
 \tmin: 0.100s max: 0.400s std dev: 0.12472s window: 3
 no new messages""",
-    messages.rate_report: """
+    hz: """
 average rate: 2.143
 \tmin: 0.100s max: 0.800s std dev: 0.28674s window: 3
 """}
 """With a window of 3, the real `ros2 topic` prints these reports on MESSAGES at 2 s and 3 s."""
 
 
-@pytest.mark.parametrize('report', REPORTS)
-def test_statistics_are_those_of_the_real_ros2(report):
-    sizes = report is messages.bandwidth_report
-    samples = [(time, n * 100 if sizes else time - n / 1000) for time, n in MESSAGES]
-    assert ''.join(
-        f'\n{report(samples[-4:], 3, now, now < 3.0)}' for now in (2.0, 3.0)) == REPORTS[report]
+@pytest.mark.parametrize('verb', REPORTS)
+def test_statistics_are_those_of_the_real_ros2(verb):
+    if verb is bw:
+        samples = [(time, n * 100) for time, n in MESSAGES[-3:]]
+        printed = [bw.report(samples, now) for now in (2.0, 3.0)]
+    else:
+        samples = [(time, time - n / 1000) for time, n in MESSAGES[-4:]]
+        printed = [verb.report(samples, now, now < 3.0) for now in (2.0, 3.0)]
+    assert '\n'.join(['', *printed]) == REPORTS[verb]
 
 
 @pytest.mark.parametrize('words, sentence', [
@@ -441,7 +451,7 @@ def test_statistics_are_those_of_the_real_ros2(report):
     ('service call /drop Trigger', 'The passed service type is invalid')])
 def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_graph_here,
                                                   monkeypatch):
-    monkeypatch.setattr(messages, 'open_graph', open_graph_here)
+    monkeypatch.setattr(direct, 'open_graph', open_graph_here)
     done = run_here(['ros2', *words.split()], monkeypatch)
     assert (done.status, done.text, done.error) == (1, '', f'{sentence}\n')
 
@@ -464,13 +474,13 @@ def test_interfaces_are_listed(name, monkeypatch):
     ('daemon status', 'The daemon is not running\n'),
     ('param list --param-type --filter gravity /arena', '  gravity_accel (type: double)\n')])
 def test_verb_without_recording(words, text, open_graph_here, monkeypatch):
-    monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
+    monkeypatch.setattr(direct, 'open_graph', open_graph_here)
     assert run_here(['ros2', *words.split()], monkeypatch).text == text
 
 
 def block():
     """Hold Python's global interpreter lock, as Fast DDS sometimes does."""
-    cli_graph.exit_after(0.1, 3)
+    direct.exit_after(0.1, 3)
     ctypes.PyDLL(None).pause()
 
 
@@ -481,16 +491,15 @@ def test_blocked_command_ends_with_the_status_of_its_work():
     assert process.exitcode == 3
 
 
-@pytest.mark.parametrize('argument, before, answers', [
-    ('launch_file_name', {'package_name': 'turtle_brick'}, {'run_turtle.launch.xml'}),
-    ('type', {}, {'turtlesim/msg/Color', 'turtlesim/srv/Kill'}),
-    ('parameter_name', {'node_name': '/arena'}, {'gravity_accel'}),
-    ('message_type', {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
-def test_completion_offers_existing_names(argument, before, answers, open_graph_here,
+@pytest.mark.parametrize('complete, before, answers', [
+    (complete_launch_file_name, {'package_name': 'turtle_brick'}, {'run_turtle.launch.xml'}),
+    (complete_interface, {}, {'turtlesim/msg/Color', 'turtlesim/srv/Kill'}),
+    (complete_parameter_name, {'node_name': '/arena'}, {'gravity_accel'}),
+    (complete_message_type, {'topic_name': '/odom'}, {'nav_msgs/msg/Odometry'})])
+def test_completion_offers_existing_names(complete, before, answers, open_graph_here,
                                           monkeypatch):
-    monkeypatch.setattr(cli_graph, 'open_graph', open_graph_here)
-    known = cli.complete(TABLE['completed'], Namespace(dest=argument), Namespace(**before))
-    assert answers <= set(known)
+    monkeypatch.setattr(direct, 'open_graph', open_graph_here)
+    assert answers <= set(complete('', Namespace(**before)))
 
 
 @pytest.mark.parametrize('line, words', [

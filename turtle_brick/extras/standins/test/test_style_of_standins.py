@@ -22,7 +22,8 @@ from ament_pep257.main import main as check_docstrings
 import pytest
 
 EXTRAS = Path(__file__).parents[2]
-TYPED = [str(EXTRAS / 'standins' / name) for name in ('launch',)]
+TYPED = [str(path.parent) for path in sorted(EXTRAS.glob('standins/*/package.xml'))
+         if any(path.parent.rglob('*.py'))]
 ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
 CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
 """Cache directory of mypy."""

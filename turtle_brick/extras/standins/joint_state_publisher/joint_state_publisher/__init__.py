@@ -75,14 +75,19 @@ class JointStatePublisher(Node):
             return
         self.limits = {}
         for joint in robot.findall('joint'):
-            name, limit = joint.get('name'), joint.find('limit')
+            name, limit = joint.get('name', ''), joint.find('limit')
             if joint.get('type') in ('fixed', 'floating', 'planar') or (
                     joint.find('mimic') is not None):
                 continue
             try:
-                least, greatest = (-pi, pi) if joint.get('type') == 'continuous' else (
-                    float(limit.get('lower')), float(limit.get('upper')))
-            except (AttributeError, TypeError, ValueError):
+                if joint.get('type') == 'continuous':
+                    least, greatest = -pi, pi
+                elif limit is None:
+                    raise ValueError('the joint has no limits')
+                else:
+                    least = float(limit.get('lower', ''))
+                    greatest = float(limit.get('upper', ''))
+            except ValueError:
                 self.get_logger().warning(
                     f'{name} is not fixed, nor continuous, but limits are not specified!')
                 continue

@@ -62,7 +62,8 @@ class Joint(NamedTuple):
         if self.kind in ROTATING:
             motion = turn(self.axis, position)
         elif self.kind == 'prismatic':
-            motion = (*(position * component for component in self.axis), 0.0, 0.0, 0.0, 1.0)
+            x, y, z = (position * component for component in self.axis)
+            motion = (x, y, z, 0.0, 0.0, 0.0, 1.0)
         return compose(self.origin, motion)
 
 
@@ -115,16 +116,18 @@ def read_joint(element: Element) -> Joint:
     origin, parent, child, mimic = (
         parts.get(tag, Element(tag)) for tag in ('origin', 'parent', 'child', 'mimic'))
     axis = numbers(parts['axis'], 'xyz', 3, '0 0 0') if 'axis' in parts else (1.0, 0.0, 0.0)
-    translation = numbers(origin, 'xyz', 3, '0 0 0')
+    x, y, z = numbers(origin, 'xyz', 3, '0 0 0')
     if kind in MOVING and not any(axis):  # For a zero axis, the real node divides by zero.
-        axis = translation = (nan, nan, nan)
+        axis = (nan, nan, nan)
+        x = y = z = nan
+    axis_x, axis_y, axis_z = (component / (hypot(*axis) or 1.0) for component in axis)
     roll, pitch, yaw = numbers(origin, 'rpy', 3, '0 0 0')
-    pose: Transform = (*translation, 0.0, 0.0, 0.0, 1.0)
+    pose: Transform = (x, y, z, 0.0, 0.0, 0.0, 1.0)
     for rotation in (turn((0, 0, 1), yaw), turn((0, 1, 0), pitch), turn((1, 0, 0), roll)):
         pose = compose(pose, rotation)
     return Joint(
-        element.get('name'), kind, parent.get('link', ''), child.get('link', ''), pose,
-        tuple(component / (hypot(*axis) or 1.0) for component in axis), mimic.get('joint', ''),
+        element.get('name', ''), kind, parent.get('link', ''), child.get('link', ''), pose,
+        (axis_x, axis_y, axis_z), mimic.get('joint', ''),
         *numbers(mimic, 'multiplier', 1, '1'), *numbers(mimic, 'offset', 1, '0'))
 
 
@@ -141,7 +144,7 @@ def is_defined(material: Element) -> bool:
     """Return whether a material has a texture, or a color whose components are between 0 and 1."""
     color = material.find('color[@rgba]')
     if color is not None and all(NUMBER.fullmatch(part) and 0.0 <= float(part) <= 1.0
-                                 for part in color.get('rgba').split(' ') if part):
+                                 for part in color.get('rgba', '').split(' ') if part):
         return True
     return material.find('texture[@filename]') is not None
 

@@ -13,137 +13,117 @@
 # limitations under the License.
 """The `ros2` command, which runs a verb such as `topic list`."""
 
+from __future__ import annotations
+
 import argparse
-from collections import defaultdict
-from contextlib import redirect_stdout
-from functools import partial
-from importlib import import_module
-from io import StringIO
+from collections.abc import Callable, Sequence
 import os
 from pathlib import Path
 import re
 import signal
 import sys
 import traceback
+from typing import Any
 
 import argcomplete
+from ros2cli.command import add_subparsers, CommandExtension, get_class, Status
 import yaml
 
+COMMANDS = {
+    'action': 'Various action related sub-commands',
+    'daemon': 'Various daemon related sub-commands',
+    'interface': 'Show information about ROS interfaces',
+    'launch': 'Run a launch file',
+    'node': 'Various node related sub-commands',
+    'param': 'Various param related sub-commands',
+    'pkg': 'Various package related sub-commands',
+    'run': 'Run a package specific executable',
+    'service': 'Various service related sub-commands',
+    'topic': 'Various topic related sub-commands'}
+"""Description of each command. The command `topic` is in ros2topic/command/topic.py."""
 
-def positive(text):
-    """Convert an argument to a positive number."""
-    if not float(text) > 0.0:
-        raise argparse.ArgumentTypeError('Value must be positive')
-    return float(text)
-
-
-class LeftOut(argparse.Action):
-    """An unsupported option, which ends the command with an error."""
-
-    def __call__(self, parser, namespace, values, option_string=None):
-        sys.exit(f'this stand-in for ros2cli does not support {parser.prog} {option_string}')
-
-
-TYPES = {'int': int, 'float': float, 'positive': positive, 'left out': LeftOut}
-"""Python objects for the `type` and `action` values in command_line.yaml."""
+HIDDEN_COMMANDS = ('static_transform_publisher', 'tf2_echo', 'view_frames')
+"""Commands in ros2cli/command that programs of tf2_ros and tf2_tools run as `ros2 _tf2_echo`."""
 
 
-def add_arguments(parser, arguments):
-    """Add arguments to a parser. Each list within `arguments` is a mutually exclusive group."""
-    for each in arguments:
-        if isinstance(each, list):
-            add_arguments(parser.add_mutually_exclusive_group(), each)
-            continue
-        for names, options in each.items():
-            if isinstance(options, str):
-                options = {'action': 'store_true', 'help': options}
-            parser.add_argument(*names.split(), **{
-                name: TYPES.get(value, value) if name in ('action', 'type') else value
-                for name, value in options.items()})
+def get_command(name: str) -> CommandExtension:
+    """Return the command with a name."""
+    package = 'ros2cli' if name == 'daemon' or name in HIDDEN_COMMANDS else f'ros2{name}'
+    return get_class(f'{package}.command.{name}', name, 'Command')()
 
 
-def add_commands(parser, prefix, typed, table):
-    """Add the commands with a given prefix to a parser. Only `typed` commands get arguments."""
-    commands = {name[len(prefix):]: text for name, text in table['words'].items()
-                if name.startswith(prefix) and ' ' not in name[len(prefix):]}
-    width = max(len(name) for name, text in commands.items() if text)
-    children = parser.add_subparsers(
-        title='Commands', description=''.join(
-            f'{name:{width}}  {text}\n' for name, text in commands.items() if text),
-        metavar=f'Call `{f"ros2 {prefix}".strip()} <command> -h` for more detailed usage.')
-    parser.set_defaults(function=lambda _: parser.print_help())
-    for name, text in commands.items():
-        if name in typed[:1]:
-            child = children.add_parser(name, description=text,
-                                        formatter_class=argparse.RawDescriptionHelpFormatter)
-            add_command(child, prefix + name, typed[1:], table)
-        elif not name.startswith('_'):
-            children.add_parser(name)
+def explain_alternative(words: Sequence[str]) -> None:
+    """End the program with an alternative if the stand-in lacks the command."""
+    text = Path(__file__).with_name('alternatives.yaml').read_text(encoding='utf-8')
+    for name, alternative in yaml.load(text, Loader=yaml.CSafeLoader).items():
+        if f'{" ".join(words)} '.startswith(f'{name} '):
+            sys.exit(f'ros2 {name} is not supported by this stand-in: {alternative}')
 
 
-def add_command(parser, command, typed, table):
-    """Add a command's arguments and either its function or its subcommands to a parser."""
-    add_arguments(parser, table['arguments'].get(command, ()))
-    for module, commands in table['modules'].items():
-        if command in commands:
-            # Import only this command's module because `ros2 run` starts faster without rclpy.
-            parser.set_defaults(function=getattr(import_module(f'ros2cli.{module}'),
-                                                 command.replace(' ', '_').strip('_')))
-            return
-    add_commands(parser, f'{command} ', typed, table)
-
-
-def parse(argv):
-    """Parse the command line and select the function to run."""
-    text = Path(__file__).with_name('command_line.yaml').read_text(encoding='utf-8')
-    table = yaml.load(text, Loader=yaml.CSafeLoader)
+def make_parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """Return a parser. Only the command on the command line gets arguments."""
     parser = argparse.ArgumentParser(
-        prog='ros2', formatter_class=argparse.RawDescriptionHelpFormatter, **table['ros2'])
-    add_arguments(parser, table['arguments']['ros2'])
-    completing = '_ARGCOMPLETE' in os.environ  # The user has pressed Tab.
+        prog='ros2', formatter_class=argparse.RawDescriptionHelpFormatter,
+        description='ros2 is an extensible command-line tool for ROS 2.',
+        epilog='This is a stand-in for ros2cli. Missing verbs and options cause an error.')
+    parser.add_argument(
+        '--use-python-default-buffering', action='store_true',
+        help='Do not force line buffering in stdout and instead use the python default '
+        'buffering, which might be affected by PYTHONUNBUFFERED/-u and depends on whatever '
+        'stdout is interactive or not')
+    parser.set_defaults(main=lambda *, args: parser.print_help())
+    subparsers = add_subparsers(parser, 'ros2', COMMANDS)
+    for name in COMMANDS:
+        if name not in words[:1]:
+            subparsers.add_parser(name)
+    for name in (*COMMANDS, *HIDDEN_COMMANDS):
+        typed_name = f'_{name}' if name in HIDDEN_COMMANDS else name
+        if typed_name in words[:1]:
+            child = subparsers.add_parser(
+                typed_name, description=COMMANDS.get(name),
+                formatter_class=argparse.RawDescriptionHelpFormatter)
+            command = get_command(name)
+            child.set_defaults(main=command.main)
+            command.add_arguments(child, f'ros2 {typed_name}', words[1:])
+    return parser
+
+
+def complete(parser: argparse.ArgumentParser) -> None:
+    """Print completions and end the program if the user has pressed the Tab key."""
+    argcomplete.autocomplete(parser, exclude=['-h', '--help'], always_complete_options=False)
+
+
+def leave_graph(status: int) -> None:
+    """Leave the ROS graph if a command has joined it."""
+    if 'ros2cli.node.direct' in sys.modules:
+        sys.modules['ros2cli.node.direct'].leave(status)
+
+
+def run(argv: Sequence[str]) -> Status:
+    """Run the command with the given arguments, and return its status."""
+    completing = '_ARGCOMPLETE' in os.environ
     line = os.environ['COMP_LINE'].split()[1:] if completing else argv
     words = [word for word in line if not word.startswith('-')]
-    for name, instead in table['instead'].items():
-        if f'{" ".join(words)} '.startswith(f'{name} '):
-            sys.exit(f'ros2 {name} is not supported by this stand-in: {instead}')
-    add_commands(parser, '', words, table)
-    if completing:
-        argcomplete.autocomplete(
-            parser, exclude=['-h', '--help'], always_complete_options=False,
-            default_completer=partial(complete, table['completed']))
-    return parser.parse_args(argv)
+    explain_alternative(words)
+    parser = make_parser(words)
+    complete(parser)
+    args = parser.parse_args(argv)
+    if not args.use_python_default_buffering:
+        sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
+    main_function: Callable[..., Any] = args.main
+    status = main_function(args=args)
+    sys.stdout.flush()
+    return status
 
 
-def complete(verbs, action, parsed_args, **_):
-    """Return completions for an argument by running another verb."""
-    os.environ.pop('_ARGCOMPLETE', None)
-    with redirect_stdout(StringIO()) as output:
-        if action.dest in verbs:
-            given = defaultdict(str, vars(parsed_args))
-            args = parse(verbs[action.dest].format_map(given).split())
-            args.function(args)
-            leave_graph(0)
-    return [line.split()[-1] for line in output.getvalue().splitlines() if line.strip()]
-
-
-def leave_graph(status):
-    """Leave the ROS graph if a command has joined it."""
-    if 'ros2cli.graph' in sys.modules:
-        sys.modules['ros2cli.graph'].leave(status)
-
-
-def main():
-    """Run the verb given on the command line and exit with its status."""
+def main() -> None:
+    """Run the command given on the command line and exit with its status."""
     # Signals end the process without an exception, which Python may ignore during an import, until
     # the verb has joined the graph. A background job in a shell script ignores SIGINT by default.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
     try:
-        args = parse(sys.argv[1:])
-        if not args.use_python_default_buffering:
-            sys.stdout.reconfigure(line_buffering=True)
-        status = args.function(args)
-        sys.stdout.flush()
+        status = run(sys.argv[1:])
     except KeyboardInterrupt as error:
         status = error.args[0]
     except BrokenPipeError:  # The reader, such as `head`, has closed the pipe.

@@ -23,6 +23,7 @@ from collections.abc import Iterator
 from itertools import chain
 from math import acos, inf, sin, sqrt
 from threading import Condition
+from typing import Union
 
 from builtin_interfaces.msg import Duration as DurationMsg
 from builtin_interfaces.msg import Time as TimeMsg
@@ -31,7 +32,7 @@ from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rclpy.time import Time
 
-AnyTime = Time | TimeMsg
+AnyTime = Union[Time, TimeMsg]
 Transform = tuple[float, float, float, float, float, float, float]
 """A translation (x, y, z) in meters and a rotation as a quaternion (qx, qy, qz, qw)."""
 Rotation = tuple[float, float, float, float]
@@ -95,12 +96,13 @@ def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
     """Interpolate positions along a straight line and rotations along the shortest arc."""
     cosine = sum(p * q for p, q in zip(one[4:], two[4:]))
     half_angle = acos(min(1.0, abs(cosine)))
-    translation = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
+    x, y, z = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
     if half_angle == 0.0:
-        return (one[0], *translation, *one[4:])
+        return (one[0], x, y, z, one[4], one[5], one[6], one[7])
     a = sin((1.0 - ratio) * half_angle) / sin(half_angle)
     b = sin(ratio * half_angle) / (-sin(half_angle) if cosine < 0.0 else sin(half_angle))
-    return (one[0], *translation, *(a * p + b * q for p, q in zip(one[4:], two[4:])))
+    qx, qy, qz, qw = (a * p + b * q for p, q in zip(one[4:], two[4:]))
+    return (one[0], x, y, z, qx, qy, qz, qw)
 
 
 class Cache:
@@ -179,7 +181,7 @@ class Cache:
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:
     """Convert a time or a duration, either an rclpy object or a message, to nanoseconds."""
-    if hasattr(time, 'nanoseconds'):
+    if isinstance(time, (Time, Duration)):
         return time.nanoseconds
     if hasattr(time, 'nanosec'):
         return time.sec * _NS_PER_SECOND + time.nanosec

@@ -21,7 +21,7 @@ about the static x, y and z axes).
 
 from collections.abc import Sequence
 from functools import reduce
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy
 from transforms3d import affines, euler, quaternions
@@ -43,7 +43,7 @@ def _w_last(quaternion: Sequence[float]) -> tuple:
     return x, y, z, w
 
 
-def _homogeneous(rotation) -> numpy.ndarray:
+def _homogeneous(rotation: Any) -> numpy.ndarray:
     return affines.compose(numpy.zeros(3), rotation, numpy.ones(3))
 
 
@@ -51,7 +51,7 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = 'sxyz') -
     return _w_last(euler.euler2quat(ai, aj, ak, axes))
 
 
-def quaternion_from_matrix(matrix) -> tuple:
+def quaternion_from_matrix(matrix: Any) -> tuple:
     return _w_last(quaternions.mat2quat(numpy.asarray(matrix)[:3, :3]))
 
 
@@ -80,7 +80,7 @@ def euler_from_quaternion(quaternion: Sequence[float], axes: str = 'sxyz') -> tu
     return euler.quat2euler(_w_first(quaternion), axes)
 
 
-def euler_from_matrix(matrix, axes: str = 'sxyz') -> tuple:
+def euler_from_matrix(matrix: Any, axes: str = 'sxyz') -> tuple:
     return euler.mat2euler(numpy.asarray(matrix)[:3, :3], axes)
 
 
@@ -92,5 +92,5 @@ def translation_matrix(direction: Sequence[float]) -> numpy.ndarray:
     return affines.compose(direction, numpy.identity(3), numpy.ones(3))
 
 
-def concatenate_matrices(*matrices) -> numpy.ndarray:
+def concatenate_matrices(*matrices: Any) -> numpy.ndarray:
     return reduce(numpy.dot, matrices, numpy.identity(4))

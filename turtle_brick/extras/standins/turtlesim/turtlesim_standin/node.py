@@ -94,9 +94,12 @@ class TurtleTopics:
             kind, f'{name}/{topic}', qos,
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False))
             for kind, topic in ((Pose, 'pose'), (Color, 'color_sensor')))
+
+        def on_command(twist: Twist) -> None:
+            turtle.command(twist.linear.x, twist.linear.y, twist.angular.z)
+
         self._subscription = node.create_subscription(
-            Twist, f'{name}/cmd_vel',
-            lambda twist: turtle.command(twist.linear.x, twist.linear.y, twist.angular.z), qos,
+            Twist, f'{name}/cmd_vel', on_command, qos,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
         self._services = [
             node.create_service(TeleportAbsolute, f'{name}/teleport_absolute', service_callback(

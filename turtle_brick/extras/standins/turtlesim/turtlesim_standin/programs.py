@@ -66,8 +66,10 @@ class Mimic(Program):
 
     def __init__(self) -> None:
         super().__init__('turtle_mimic', 'output/cmd_vel')
-        self.create_subscription(Pose, 'input/pose', lambda pose: self.drive(
-            pose.linear_velocity, pose.angular_velocity), QUEUE_DEPTH)
+        self.create_subscription(Pose, 'input/pose', self._on_pose, QUEUE_DEPTH)
+
+    def _on_pose(self, pose: Pose) -> None:
+        self.drive(pose.linear_velocity, pose.angular_velocity)
 
 
 class DrawSquare(Program):

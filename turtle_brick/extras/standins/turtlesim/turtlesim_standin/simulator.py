@@ -26,6 +26,10 @@ HEADING_TOLERANCE = 0.02
 class SimulatedTurtle(Turtle):
     """A turtle that can be teleported and turned to a heading, and that detects walls."""
 
+    _x: float
+    _y_down: float
+    _theta: float
+
     def __init__(self, *pose: float, holonomic: bool, now: float) -> None:
         """Create a turtle at rest at a given pose (m, rad) and time (s)."""
         super().__init__(*pose, holonomic=holonomic, now=now)

@@ -1,0 +1,41 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Functions that several verbs of `ros2 action` use."""
+
+from __future__ import annotations
+
+import argparse
+
+from rclpy.action import get_action_names_and_types
+from ros2cli.node import direct
+
+
+def action_types(graph: direct.GraphNode) -> dict[str, list[str]]:
+    """Return the types of all actions, keyed by name."""
+    return dict(get_action_names_and_types(graph))
+
+
+def complete_action_name(prefix: str, parsed_args: argparse.Namespace,
+                         **kwargs: object) -> list[str]:
+    """Return the names of all actions."""
+    with direct.open_graph() as graph:
+        return list(action_types(graph))
+
+
+def complete_action_type(prefix: str, parsed_args: argparse.Namespace,
+                         **kwargs: object) -> list[str]:
+    """Return the types of the action on the command line."""
+    name = parsed_args.action_name
+    with direct.open_graph(lambda graph: action_types(graph).get(name)) as graph:
+        return action_types(graph).get(name, [])

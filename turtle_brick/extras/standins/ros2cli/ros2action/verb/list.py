@@ -1,0 +1,43 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The verb `ros2 action list`."""
+
+from __future__ import annotations
+
+import argparse
+
+from ros2action.api import action_types
+from ros2cli.node import direct
+from ros2cli.verb import VerbExtension
+
+
+class ListVerb(VerbExtension):
+    """Prints the names of the actions."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        parser.add_argument(
+            '-t', '--show-types', action='store_true',
+            help='Additionally show the action type')
+        parser.add_argument(
+            '-c', '--count-actions', dest='count', action='store_true',
+            help='Only display the number of actions')
+
+    def main(self, *, args: argparse.Namespace) -> None:
+        with direct.open_graph() as graph:
+            found = action_types(graph)
+        if args.count:
+            print(len(found))
+            return
+        for name, types in found.items():
+            print(f'{name} [{", ".join(types)}]' if args.show_types else name)

@@ -1,0 +1,70 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Functions for launch files."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+import ament_index_python as index
+from ros2pkg.api import get_absence
+
+
+def find_launch_file(package: str, name: str | None) -> str:
+    """
+    Return the path of a launch file in or below the share directory of a package.
+
+    :raises RuntimeError: if there is no such file, or more than one
+    """
+    try:
+        share = index.get_package_share_directory(package)
+    except index.PackageNotFoundError as error:
+        raise RuntimeError(
+            get_absence(package) or f"Package '{package}' not found: {error}") from None
+    paths = [os.path.join(root, name or '') for root, _, names in os.walk(share) if name in names]
+    where = f"in the share directory of package '{package}'"
+    if not paths:
+        raise RuntimeError(f"file '{name}' was not found {where} which is at '{share}'")
+    if len(paths) > 1:
+        raise RuntimeError(f"file '{name}' was found more than once {where}: {paths}")
+    return paths[0]
+
+
+def print_arguments_of_launch_file(path: str) -> str | None:
+    """Print the arguments that a launch file declares, or return an error message."""
+    from launch.launch_description_sources import get_launch_description_from_any_launch_file
+
+    try:
+        description = get_launch_description_from_any_launch_file(path)
+    except Exception as error:  # noqa: B902 -- a launch file can raise any exception
+        return f'{type(error).__name__}: {error}'
+    arguments = description.get_launch_arguments()
+    print("Arguments (pass arguments as '<name>:=<value>'):")
+    for argument in arguments:
+        print(f"\n    '{argument.name}':\n        {argument.description}")
+        if argument.default_value is not None:
+            default = ' + '.join(part.describe() for part in argument.default_value)
+            print(f'        (default: {default})')
+    if not arguments:
+        print('\n  No arguments.')
+    return None
+
+
+def complete_launch_file_name(prefix: str, parsed_args: argparse.Namespace,
+                              **kwargs: object) -> list[str]:
+    """Return the names of the launch files in the package on the command line."""
+    share = index.get_package_share_directory(parsed_args.package_name)
+    return [name for _, _, names in os.walk(share) for name in names
+            if name.endswith(('launch.py', 'launch.xml'))]

@@ -1,0 +1,36 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The verb `ros2 param delete`."""
+
+from __future__ import annotations
+
+import argparse
+
+from rcl_interfaces.msg import Parameter
+from ros2cli.helpers import complete_with
+from ros2cli.verb import VerbExtension
+from ros2param.api import add_node_arguments, complete_parameter_name, set_parameters
+
+
+class DeleteVerb(VerbExtension):
+    """Deletes a parameter."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        add_node_arguments(parser)
+        parameter_name = parser.add_argument('parameter_name', help='Name of the parameter')
+        complete_with(parameter_name, complete_parameter_name)
+
+    def main(self, *, args: argparse.Namespace) -> None:
+        set_parameters(args, [Parameter(name=args.parameter_name)],
+                       'Deleted parameter successfully', 'Deleting parameter failed')

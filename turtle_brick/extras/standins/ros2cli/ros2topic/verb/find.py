@@ -1,0 +1,50 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The verb `ros2 topic find`."""
+
+from __future__ import annotations
+
+import argparse
+
+from ros2cli.helpers import complete_with
+from ros2cli.node import direct, strategy
+from ros2cli.verb import VerbExtension
+from ros2interface.api import complete_interface
+
+
+class FindVerb(VerbExtension):
+    """Prints the names of the topics of a type."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        strategy.add_arguments(parser)
+        interface_type = parser.add_argument(
+            'type', metavar='topic_type',
+            help="Name of the ROS topic type to filter for (e.g. 'std_msg/msg/String')")
+        complete_with(interface_type, complete_interface)
+        parser.add_argument(
+            '-c', '--count-topics', dest='count', action='store_true',
+            help='Only display the number of topics discovered')
+        parser.add_argument(
+            '--include-hidden-topics', dest='hidden', action='store_true',
+            help='Consider hidden topics as well')
+
+    def main(self, *, args: argparse.Namespace) -> None:
+        with direct.open_graph() as graph:
+            found = [name for name, types in graph.topic_types(args.hidden).items()
+                     if args.type in types]
+        if args.count:
+            print(len(found))
+            return
+        for name in found:
+            print(name)

@@ -1,0 +1,63 @@
+# Copyright 2026 the turtle_brick developers
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""The verb `ros2 topic list`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+
+from ros2cli.node import direct, strategy
+from ros2cli.verb import VerbExtension
+
+
+class ListVerb(VerbExtension):
+    """Prints the names of the topics."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        strategy.add_arguments(parser)
+        parser.add_argument(
+            '-t', '--show-types', action='store_true',
+            help='Additionally show the topic type')
+        parser.add_argument(
+            '-c', '--count-topics', dest='count', action='store_true',
+            help='Only display the number of topics discovered')
+        parser.add_argument(
+            '--include-hidden-topics', dest='hidden', action='store_true',
+            help='Consider hidden topics as well')
+        parser.add_argument(
+            '-v', '--verbose', action='store_true',
+            help='List full details about each topic')
+
+    def main(self, *, args: argparse.Namespace) -> None:
+        with direct.open_graph() as graph:
+            found = graph.topic_types(args.hidden)
+            if args.verbose and not args.count:
+                self._print_details(found, 'Published', 'publisher', graph.count_publishers)
+                self._print_details(found, 'Subscribed', 'subscriber', graph.count_subscribers)
+                return
+        if args.count:
+            print(len(found))
+            return
+        for name, types in found.items():
+            print(f'{name} [{", ".join(types)}]' if args.show_types else name)
+
+    def _print_details(self, topics: dict[str, list[str]], heading: str, end: str,
+                       count_ends: Callable[[str], int]) -> None:
+        print(f'{heading} topics:')
+        for name, types in topics.items():
+            count = count_ends(name)
+            if count:
+                print(f' * {name} [{", ".join(types)}] {count} {end}{"s" if count > 1 else ""}')
+        print()
