@@ -18,8 +18,8 @@ from concurrent.futures import ThreadPoolExecutor
 import contextlib
 import ctypes
 import os
-from pathlib import Path
 import re
+import shlex
 import shutil
 import signal
 import threading
@@ -34,7 +34,6 @@ import pytest
 import rclpy
 from recorded import (Command, FORKS, POLL_TIME, records, restored_signal_handlers, run_here,
                       with_paths, write_files)
-from ros2cli import cli
 from ros2cli.node import direct
 from ros2cli.node.direct import GraphNode, is_complete
 from ros2interface.api import complete_interface
@@ -47,9 +46,7 @@ import ros2topic.verb.delay as delay_verb
 import ros2topic.verb.hz as hz
 from turtle_brick_tools.graph import Graph
 from turtle_graph.client.domains import reserved_domain
-import yaml
 
-ALTERNATIVES = yaml.safe_load(Path(cli.__file__).with_name('alternatives.yaml').read_text())
 RECORDS = {name: record for name, record in records(
     'cli', 'launch_show_args', 'launch_errors').items()
     if not record['stdout'].startswith('[INFO]')}  # test_launch_standin.py replays the others.
@@ -285,43 +282,19 @@ def test_closed_pipe_ends_command_without_error(outcomes, arena):
     assert done.text.startswith('x: ')
 
 
-MAY_DIFFER = (
-    (r' *qos_overrides:\n( {6}.*\n)+', ''),
-    # These interfaces were added or removed after the recordings were made.
-    (r'.*(/brick_state|/catcher_decision|/catcher_state|/tf2_frames)\b.*\n', ''),
-    (r'.*(/parameter_events|qos_overrides)\b.*\n', ''),
-    (r'.*RTPS_TRANSPORT_SHM.*\n', ''),  # DDS prints this line on a busy machine.
-    (r'\$MORE\n?', ''),
-    (r'waiting for service to become available\.\.\.\n(?=requester)', ''),
-    (r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)', ''),
-    (r'WARNING: topic .* does not appear to be published yet\n(?=average|Subscribed)', ''),
-    # The unit depends on the messages that have already arrived.
-    (r'(?<=[\dN]) [KM]?B\b', ' B'),
-    (r'A message was lost!!!\n.*\n.*---\n', ''),
-    (r'no new messages\n', ''),  # `ros2 topic delay` prints this line on a busy machine.
-    (r'\nThis is a stand-in for ros2cli.*\n', ''),
-    (rf' +({"|".join(name.split()[-1] for name in ALTERNATIVES)}) +[A-Z].*\n', ''),
-    (r'\(choose from .*\)', ''),
-    (r'Traceback \(most recent call last\):\n(  .*\n)+', ''),
-    (r'(-\w) [A-Z_]+, (?=--)', r'\1, '),
-    (r'(required: .*), (argv|launch_arguments)\n', r'\1\n'),
-    (r'searching: .*', ''),
-    # The recordings contain British spelling.
-    ('centre', 'center'),
-    ('metres', 'meters'),
-)
-"""Patterns for allowed differences in output, and their replacements."""
+NOISE = (
+    r'.*RTPS_TRANSPORT_SHM.*\n', r'waiting for service to become available\.\.\.\n(?=requester)',
+    r'(Waiting for at least 1 matching subscription\(s\)\.\.\.\n)+(?=publisher)',
+    r'WARNING: topic .* does not appear to be published yet\n(?=average|Subscribed)',
+    r'A message was lost!!!\n.*\n.*---\n', r'no new messages\n')
+"""Patterns for lines that a busy machine adds to the output."""
 
 ANSWERS = {
-    'call_place_refused': r'(message=).*()',
     # rclpy and rclcpp give different reasons for rejecting a parameter.
     **dict.fromkeys(('param_delete', 'param_load', 'param_set_out_of_range', 'param_set_unknown',
                      'param_set_wrong_type'), r'(failed: ).*()'),
-    'param_list_all': r'(/(?:arena|catcher|turtle_robot):\n)(?:  .*\n)+()',
-    'param_dump': r'(background_b:).*()',  # Other tests set this parameter.
     # This warning appears only if the command has not yet discovered the publisher.
     'topic_delay_without_header': r'()WARNING: .*\n()',
-    'topic_list_verbose': r'(/(?:tf_static|rosout|parameter_events) .*\] )\d+( )',
 }
 """Patterns for output that may differ from the recording, keyed by recording name."""
 
@@ -335,8 +308,8 @@ TOKENS = {
 
 
 def comparable(name, text):
-    for pattern, replacement in MAY_DIFFER:
-        text = re.sub(pattern, replacement, text)
+    for pattern in NOISE:
+        text = re.sub(pattern, '', text)
     return re.sub(ANSWERS[name], r'\1\2', text) if name in ANSWERS else text
 
 
@@ -454,6 +427,58 @@ def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_g
     monkeypatch.setattr(direct, 'open_graph', open_graph_here)
     done = run_here(['ros2', *words.split()], monkeypatch)
     assert (done.status, done.text, done.error) == (1, '', f'{sentence}\n')
+
+
+EXAMPLES = {
+    '': (0, '\n  topic      Various topic related sub-commands\n'),
+    'fly': (2, "invalid choice: 'fly'"),
+    'topic': (0, '\n  hz     Print the average publishing rate to screen\n'),
+    'topic fly': (2, 'ros2 topic: error: argument Call `ros2 topic <command> -h` for more'),
+    'topic pub -h': (0, ' Quality of service preset profile to publish with (default: default)'),
+    'run probe': (2, 'the following arguments are required: executable_name'),
+    'launch': (2, 'the following arguments are required: package_name'),
+    'launch nothing a.launch.py': (1, "Package 'nothing' not found: "),
+    'launch nothing.launch.py': (1, "'nothing.launch.py' is not a valid package name"),
+    'node info /catcher': (0, '\n  Publishers:\n    /catcher_decision: '),
+    'node info /turtlesim':
+        (0, '  Action Servers:\n    /turtle1/rotate_absolute: turtlesim/action/RotateAbsolute\n'),
+    'topic list': (0, '/odom\n'),
+    'topic list -t': (0, '/odom [nav_msgs/msg/Odometry]\n'),
+    'topic list -v': (0, ' * /odom [nav_msgs/msg/Odometry] 1 publisher\n'),
+    'topic list --include-hidden-topics': (0, '/turtle1/rotate_absolute/_action/feedback\n'),
+    'service list': (0, '/drop\n'),
+    'param list': (0, '\n/turtlesim:\n  background_b\n'),
+    'param dump /turtlesim': (0, '/turtlesim:\n  ros__parameters:\n    background_b: '),
+    'param load /turtlesim nothing.yaml': (1, 'FileNotFoundError: [Errno 2] No such file or'),
+    "topic pub --once /x std_msgs/msg/String '{data: '": (1, 'yaml.parser.ParserError: '),
+    "service call /place turtle_brick_interfaces/srv/Place '{location: {x: '":
+        (1, 'yaml.parser.ParserError: '),
+    "service call /place turtle_brick_interfaces/srv/Place '{location: {z: -5.0}}'":
+        (0, 'response:\nturtle_brick_interfaces.srv.Place_Response(success=False, message=')}
+"""Exit status and part of the output, keyed by the words after `ros2`."""
+
+
+@pytest.mark.parametrize('words', EXAMPLES)
+def test_verb_by_example(words, files, open_graph_here, monkeypatch):
+    monkeypatch.setattr(direct, 'open_graph', open_graph_here)
+    done = run_here(['ros2', *shlex.split(words)], monkeypatch)
+    monkeypatch.undo()
+    status, text = EXAMPLES[words]
+    assert (done.status or 0) == status
+    assert text in done.text + done.error
+
+
+@pytest.mark.parametrize('words, pattern', [
+    ('topic echo /turtle1/pose', r'(x: .*\n(.*\n)+---\n){2}'),
+    ('topic bw /odom', r'Subscribed to \[/odom\]\n[\d.]+ K?B/s from \d+ messages\n\tMessage size '
+     r'mean: 0.72 KB min: 0.72 KB max: 0.72 KB\n'),
+    ('topic pub --once /x std_msgs/msg/String', r'Waiting for at least 1 matching subscription')])
+def test_ctrl_c_ends_a_verb_that_waits(words, pattern, arena):
+    command = start(['ros2', *words.split()], arena.context.get_domain_id())
+    assert command.wait_for(lambda: re.search(pattern, command.text)), command.text
+    command.send('SIGINT', 'group')
+    command.end()
+    assert command.status == 2
 
 
 @pytest.mark.parametrize('name', INTERFACE_LISTS)
