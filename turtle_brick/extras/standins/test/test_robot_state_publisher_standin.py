@@ -87,8 +87,8 @@ def test_joint_states_cause_the_recorded_transforms(recording, live):
     end = JointState(name=['j3'], position=[0.25], header=Header(
         stamp=live.listener.get_clock().now().to_msg()))
     live.publisher('joint_states', JointState, qos_profile_sensor_data).publish(end)
-    live.wait_for(lambda: tf.messages and tf.last.transforms[0].header.stamp
-                  == end.header.stamp, TIMEOUT, 'the end')
+    live.wait_for(lambda: tf.messages and tf.last.transforms
+                  and tf.last.transforms[0].header.stamp == end.header.stamp, TIMEOUT, 'the end')
     live.wait_for(lambda: static.messages, TIMEOUT, 'the static transforms')
     assert len(tf.messages) == len(recording['tf']) + 1
     for message, (_, recorded) in zip(tf.messages, recording['tf']):
