@@ -1,22 +1,9 @@
-# Copyright 2026 the turtle_brick developers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
-"""Check the style of the stand-ins and of the web page, and the types of the stand-ins."""
+# SPDX-License-Identifier: Apache-2.0
+"""Check style and types of the stand-ins, style of the web page, and licenses of all extras."""
 
 import os
 from pathlib import Path
 
-from ament_copyright.main import main as check_copyright
 from ament_flake8.main import main_with_errors
 from ament_pep257.main import main as check_docstrings
 import pytest
@@ -27,6 +14,8 @@ TYPED = [str(path.parent) for path in sorted(EXTRAS.glob('standins/*/package.xml
 ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
 CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
 """Cache directory of mypy."""
+
+LICENSE = '# SPDX-License-Identifier: Apache-2.0\n'
 
 FOLDERS = [str(EXTRAS / name) for name in ('standins', 'website')]
 
@@ -44,10 +33,11 @@ def test_pep257():
     assert check_docstrings(argv=FOLDERS) == 0
 
 
-@pytest.mark.copyright
 @pytest.mark.linter
-def test_copyright():
-    assert check_copyright(argv=FOLDERS) == 0
+def test_first_line_of_each_file_names_the_license():
+    texts = {file: file.read_text() for file in EXTRAS.rglob('*.py')}
+    assert any(texts.values())
+    assert [file for file, text in texts.items() if text and not text.startswith(LICENSE)] == []
 
 
 @pytest.mark.linter

@@ -1,21 +1,8 @@
-# Copyright 2026 the turtle_brick developers
-#
-# Licensed under the Apache License, Version 2.0 (the "License");
-# you may not use this file except in compliance with the License.
-# You may obtain a copy of the License at
-#
-#     http://www.apache.org/licenses/LICENSE-2.0
-#
-# Unless required by applicable law or agreed to in writing, software
-# distributed under the License is distributed on an "AS IS" BASIS,
-# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
-# See the License for the specific language governing permissions and
-# limitations under the License.
+# SPDX-License-Identifier: Apache-2.0
 """Check the style of this package."""
 
 from pathlib import Path
 
-from ament_copyright.main import main as check_copyright
 from ament_flake8.main import main_with_errors
 from ament_pep257.main import main as check_docstrings
 import pytest
@@ -34,9 +21,3 @@ def test_flake8():
 @pytest.mark.pep257
 def test_pep257():
     assert check_docstrings(argv=FOLDERS) == 0
-
-
-@pytest.mark.copyright
-@pytest.mark.linter
-def test_copyright():
-    assert check_copyright(argv=FOLDERS) == 0
