@@ -190,6 +190,21 @@ def shift_walls(message: Any) -> None:
         marker.pose.position.x += 0.5
 
 
+def split_walls(message: Any) -> None:
+    """Build each wall of fifty boxes."""
+    pieces = []
+    for wall in message.markers:
+        axis = 'x' if wall.scale.x > wall.scale.y else 'y'
+        length, start = getattr(wall.scale, axis) / 50, getattr(wall.pose.position, axis)
+        for number in range(50):
+            piece = deepcopy(wall)
+            piece.id = 50 * wall.id + number
+            setattr(piece.scale, axis, length)
+            setattr(piece.pose.position, axis, start + (number - 24.5) * length)
+            pieces.append(piece)
+    message.markers = pieces
+
+
 def appear_when_placed() -> dict[str, Change]:
     """Broadcast no brick until one is placed."""
     placed: list[bool] = []
@@ -240,6 +255,7 @@ FAULTS = (
     Fault('none', ()),
     Fault('no brick before the first place', (), ARENA, appear_when_placed()),
     Fault('other markers', (), ARENA, other_markers()),
+    Fault('walls of many boxes', (), ARENA, {'publish walls': edit(split_walls)}),
     Fault('brick broadcast at 100 Hz', (), ARENA, {'publish /tf': keep(2, 5)},
           opens=['rate: brick']),
     Fault('wheel backward', ['drive: rolling'], ROBOT, joint(WHEEL, -1.0), firm=True),
