@@ -21,4 +21,4 @@
 
 # These two lines are also valid in dash, fish and zsh, which print the message.
 test -n "$BASH_VERSION" || echo 'turtle_brick: env.bash requires bash. Start bash and source it there.' >&2
-test -n "$BASH_VERSION" && source "$(dirname -- "$BASH_SOURCE")/setup_shell.bash" packages
+test -n "$BASH_VERSION" && source "$(command dirname -- "$BASH_SOURCE")/setup_shell.bash" packages

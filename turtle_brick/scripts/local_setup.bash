@@ -20,7 +20,7 @@
 unset PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION
 export PYTHONNOUSERSITE=1
 
-VIRTUAL_ENV=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
+VIRTUAL_ENV=$(CDPATH='' builtin cd -- "$(command dirname -- "${BASH_SOURCE[0]}")" && pwd -P)
 export VIRTUAL_ENV AMENT_PREFIX_PATH=$VIRTUAL_ENV
 export ROS_DISTRO=jazzy ROS_VERSION=2 ROS_PYTHON_VERSION=3
 

@@ -13,7 +13,9 @@
 # limitations under the License.
 
 # Set up a shell for ROS 2 (argument: ros) or for ROS 2 and the packages in this workspace
-# (argument: packages). Only ros.bash and env.bash source this file.
+# (argument: packages). Only ros.bash and env.bash source this file. A user may have replaced cd
+# by a function that also lists the folder, or a program by a function or an alias. Therefore, this
+# file uses "builtin cd", as ROS's own setup files do, and calls programs with "command".
 
 if [[ ${BASH_SOURCE[1]-} == "$0" ]]; then
   echo "turtle_brick: ${0##*/} must be sourced, not run. Type: source $0" >&2
@@ -44,7 +46,7 @@ sys.exit(not (3, 10) <= sys.version_info[:2] <= (3, 13) or sys.implementation.na
   local -a candidates=("${PYTHON:-python3}")
   [[ -n ${PYTHON-} ]] || candidates+=(python3.13 python3.12 python3.11 python3.10)
   for candidate in "${candidates[@]}"; do
-    if "$candidate" -I -c "$fits" 2>/dev/null </dev/null; then
+    if command "$candidate" -I -c "$fits" 2>/dev/null </dev/null; then
       echo "$candidate"
       return
     fi
@@ -59,7 +61,7 @@ _turtle_brick_set_up() {
   local scripts environment kind python=python3
   local status=0
   local -; set +u  # the ROS and colcon setup files read unset variables
-  scripts=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
+  scripts=$(CDPATH='' builtin cd -- "$(command dirname -- "${BASH_SOURCE[0]}")" && pwd -P) || return 1
   environment=${scripts%/*/*}/.ros
 
   # Choose the environment. A shell that already uses a PyPI environment continues to use one.
@@ -69,7 +71,7 @@ _turtle_brick_set_up() {
     echo "turtle_brick: This shell has sourced ROS 2 $ROS_DISTRO, but this workspace requires" \
       "Jazzy. Open a new shell without sourcing ROS 2 $ROS_DISTRO." >&2
     return 1
-  elif [[ -n ${ROS_DISTRO-} ]] && python3 -c 'import rclpy' 2>/dev/null </dev/null; then
+  elif [[ -n ${ROS_DISTRO-} ]] && command python3 -c 'import rclpy' 2>/dev/null </dev/null; then
     kind=native
   elif [[ -r /opt/ros/jazzy/setup.bash ]]; then
     kind=native
@@ -80,10 +82,10 @@ _turtle_brick_set_up() {
 
   if [[ $kind == pypi ]]; then
     python=$environment/venv/bin/python
-    if [[ -n ${PYTHON-} ]] || ! "$python" -I -c '' 2>/dev/null </dev/null; then
+    if [[ -n ${PYTHON-} ]] || ! command "$python" -I -c '' 2>/dev/null </dev/null; then
       python=$(_turtle_brick_python) || return 1
     fi
-  elif ! python3 -c 'import catkin_pkg, em, lark, rclpy' 2>/dev/null </dev/null; then
+  elif ! command python3 -c 'import catkin_pkg, em, lark, rclpy' 2>/dev/null </dev/null; then
     # this happens, for example, in a conda environment with the same version of Python as ROS
     echo "turtle_brick: The python3 on the PATH, $(type -P python3), lacks packages that ROS 2" \
       'Jazzy requires. Deactivate the conda or virtual environment and try again.' >&2
@@ -101,7 +103,7 @@ _turtle_brick_set_up() {
   # for a native installation without the packages, there is nothing to build
   if [[ $kind == pypi || $1 == packages ]]; then
     # -I ignores the Python environment variables and the user's packages
-    _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 "$python" -I -X utf8 "$scripts/make_environment.py" \
+    _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 command "$python" -I -X utf8 "$scripts/make_environment.py" \
       "$kind" "$1" </dev/null || status=$?
     # with status 2, the shell can use ROS and the packages of the assignment
     ((status == 0 || status == 2)) || return 1
@@ -109,7 +111,7 @@ _turtle_brick_set_up() {
 
   # nodes fail if they cannot write their logs
   if [[ -z ${ROS_LOG_DIR-}${ROS_HOME-} ]] &&
-      ! { [[ -n ${HOME-} ]] && mkdir -p ~/.ros/log && [[ -w ~/.ros/log ]]; } 2>/dev/null; then
+      ! { [[ -n ${HOME-} ]] && command mkdir -p ~/.ros/log && [[ -w ~/.ros/log ]]; } 2>/dev/null; then
     export ROS_LOG_DIR=$environment/log/nodes
   fi
 
@@ -138,9 +140,9 @@ _turtle_brick_set_up() {
     packages=" and the packages in $environment"
     # Report errors in the parameter file before any node starts.
     local problem folder=${scripts%/*}
-    if ! python3 -m turtle_brick_tools.check_parameters "$folder/config/turtle.yaml" </dev/null; then
+    if ! command python3 -m turtle_brick_tools.check_parameters "$folder/config/turtle.yaml" </dev/null; then
       status=1
-    elif ! problem=$(xacro "$folder/urdf/turtle.urdf.xacro" \
+    elif ! problem=$(command xacro "$folder/urdf/turtle.urdf.xacro" \
         "params_file:=$folder/config/turtle.yaml" 2>&1 >/dev/null </dev/null); then
       echo "turtle_brick: ${problem%%when evaluating*}" >&2
       status=1
@@ -150,7 +152,7 @@ _turtle_brick_set_up() {
   if [[ $- == *i* ]] && ((status == 0)); then
     local source=''
     if [[ $kind == pypi ]]; then
-      eval "$(register-python-argcomplete ros2)" # Tab completion
+      eval "$(command register-python-argcomplete ros2)" # Tab completion
       source=' from Python wheels'
     fi
     echo "turtle_brick: Ready to use ROS 2 Jazzy$source$packages" >&2

@@ -115,6 +115,30 @@ def test_sourcing_keeps_shell_options_functions_and_variables():
             assert len(entries) == len(set(entries)), variable
 
 
+REPLACED = r"""cd() { builtin cd "$@" && ls; }
+for name in mkdir python3 xacro register-python-argcomplete; do
+  eval "$name() { echo 'my $name'; }"
+done
+shopt -s expand_aliases
+alias mkdir='echo' python3='echo'
+"""
+"""Functions and aliases that replace commands in the shell of a user."""
+
+
+@with_environment
+def test_functions_and_aliases_of_the_user_do_not_change_the_setup():
+    env, ros = (shlex.quote(str(SCRIPTS / name)) for name in ('env.bash', 'ros.bash'))
+    status, output, errors = shell(f'{REPLACED}source {env} && source {ros} && builtin pwd')
+    assert (status, output, errors.replace(WAITING, '')) == (0, '/\n', '')
+
+
+@with_environment
+def test_the_scripts_find_their_folder_with_a_function_of_the_user():
+    demo = shlex.quote(str(SCRIPTS / 'demo'))
+    status, output, _ = shell(f'cd() {{ builtin cd "$@" && ls; }}; export -f cd; {demo} --help')
+    assert status == 0 and output.startswith('usage: ')
+
+
 def test_an_invalid_parameter_file_is_reported_after_the_setup_of_the_shell(unbuilt):
     scripts = unbuilt[0].parent
     (scripts / 'make_environment.py').write_text('')
