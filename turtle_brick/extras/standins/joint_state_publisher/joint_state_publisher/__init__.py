@@ -4,7 +4,8 @@ The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 
 Publishes: joint_states (sensor_msgs/JointState), at the rate set by the `rate` parameter.
 Subscribes: robot_description (std_msgs/String, latched).
-Parameters: rate (integer, default: 10 Hz), zeros.<joint> (double, zero position in rad or m).
+Parameters: rate (integer, default: 10 Hz), zeros.<joint> (double, zero position in rad or m),
+use_smallest_joint_limits (bool, default: true, apply the soft limits of <safety_controller>).
 Positions of mimic joints are not published, because robot_state_publisher computes them.
 joint_state_publisher_gui serves a web page on 127.0.0.1 instead of opening a window.
 """
@@ -13,6 +14,7 @@ from collections.abc import Callable
 from math import pi
 from random import uniform
 import sys
+from typing import Any
 from xml.etree import ElementTree
 
 from rclpy.node import Node
@@ -23,8 +25,7 @@ from std_msgs.msg import String
 from turtle_graph.client.spinning import run_node
 
 LEFT_OUT = ('delta', 'dependent_joints', 'publish_default_efforts', 'publish_default_positions',
-            'publish_default_velocities', 'source_list', 'use_mimic_tags',
-            'use_smallest_joint_limits')
+            'publish_default_velocities', 'source_list', 'use_mimic_tags')
 
 
 PANEL_WIDTH = 5000
@@ -34,9 +35,9 @@ PANEL_WIDTH = 5000
 class JointStatePublisher(Node):
     """Publishes the positions of the joints in the robot description."""
 
-    def __init__(self) -> None:
+    def __init__(self, **options: Any) -> None:
         super().__init__('joint_state_publisher',
-                         automatically_declare_parameters_from_overrides=True)
+                         automatically_declare_parameters_from_overrides=True, **options)
         for name in LEFT_OUT:
             if self.get_parameters_by_prefix(name) or self.has_parameter(name):
                 raise ValueError(
@@ -61,6 +62,8 @@ class JointStatePublisher(Node):
         except ElementTree.ParseError:
             self.get_logger().warning('Invalid robot_description given, ignoring')
             return
+        smallest = self.get_parameter_or(
+            'use_smallest_joint_limits', Parameter('use_smallest_joint_limits', value=True))
         self.limits = {}
         for joint in robot.findall('joint'):
             name, limit = joint.get('name', ''), joint.find('limit')
@@ -79,6 +82,10 @@ class JointStatePublisher(Node):
                 self.get_logger().warning(
                     f'{name} is not fixed, nor continuous, but limits are not specified!')
                 continue
+            safety = joint.find('safety_controller')
+            if safety is not None and smallest.value:
+                least = max(least, float(safety.get('soft_lower_limit', least)))
+                greatest = min(greatest, float(safety.get('soft_upper_limit', greatest)))
             zero = self.get_parameter_or(f'zeros.{name}').value
             middle = (least + greatest) / 2 if least > 0 or greatest < 0 else 0.0
             self.limits[name] = least, greatest, middle if zero is None else zero
