@@ -7,6 +7,7 @@ from threading import Timer
 from time import monotonic
 
 from ament_index_python.packages import get_package_share_path
+from builtin_interfaces.msg import Duration as DurationMessage
 from live_graph import LATCHED, TIMEOUT
 import pytest
 from rclpy.duration import Duration
@@ -95,6 +96,16 @@ def test_lookup_waits_until_timeout():
     found = buffer.lookup_transform('w', 'x', LATEST, Duration(seconds=2.0 * TIMEOUT))
     assert numbers(found)[:3] == [1.0, 2.0, 3.0]
     assert monotonic() - begin < TIMEOUT
+
+
+@pytest.mark.parametrize('timeout', [1.0, None, DurationMessage(sec=1)])
+def test_a_timeout_of_another_type_is_refused(timeout):
+    """The real buffer adds it to a Time, which also raises a TypeError."""
+    buffer = Buffer()
+    buffer.set_transform_static(stamped('w', 'x', 0), 'test')
+    for function in (buffer.lookup_transform, buffer.can_transform):
+        with pytest.raises(TypeError, match=r'^timeout is .*, but must be an rclpy.*Duration$'):
+            function('w', 'x', LATEST, timeout)
 
 
 def test_future_completes_when_the_transform_is_available():

@@ -19,7 +19,7 @@ from rclpy.task import Future
 from tf2_msgs.msg import TFMessage
 from tf2_ros.buffer_core import (AnyTime, BufferCore, ConnectivityException,
                                  ExtrapolationException, InvalidArgumentException, LookupException,
-                                 nanoseconds_of, TimeoutException, TransformException)
+                                 TimeoutException, TransformException)
 
 __all__ = [
     'Buffer', 'BufferCore', 'ConnectivityException', 'ExtrapolationException',
@@ -81,7 +81,7 @@ class Buffer(BufferCore):
         :param timeout: maximum time to wait for the transform
         :raises TransformException: if the transform is unavailable
         """
-        if timeout.nanoseconds:
+        if timeout != Duration():
             self.can_transform(target_frame, source_frame, time, timeout)
         return self.lookup_transform_core(target_frame, source_frame, time)
 
@@ -108,8 +108,10 @@ class Buffer(BufferCore):
         def answer() -> tuple[bool, str]:
             return self.can_transform_core(target_frame, source_frame, time)
 
+        if not isinstance(timeout, Duration):
+            raise TypeError(f'timeout is {timeout!r}, but must be an rclpy.duration.Duration')
         with self._changed:
-            self._changed.wait_for(lambda: answer()[0], nanoseconds_of(timeout) * 1e-9)
+            self._changed.wait_for(lambda: answer()[0], timeout.nanoseconds * 1e-9)
             return answer() if return_debug_tuple else answer()[0]
 
     def _insert(self, transform: TransformStamped, authority: str, static: bool) -> None:
