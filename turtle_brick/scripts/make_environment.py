@@ -71,8 +71,9 @@ BASE_PYTHON = Path(sys.base_prefix, 'bin', f'python{VERSION}')
 """Python interpreter that creates the virtual environment."""
 
 FOREIGN_INCLUDE = re.compile(r'/opt/python/cp\w+-cp\w+/include/python3\.\d+t?')
+NUMPY_HEADERS = re.compile('numpy/_?core/include')
 FOREIGN_PACKAGES = re.compile(r'/opt/python/cp\w+-cp\w+/lib/python3\.\d+t?/site-packages')
-"""Paths in the wheels' CMake files that exist only on the machine that built the wheels."""
+"""Paths in the wheels' CMake files that may exist only on the machine that built the wheels."""
 
 CPP_GENERATORS = ('rosidl_generator_cpp', 'rosidl_typesupport_cpp',
                   'rosidl_typesupport_fastrtps_cpp', 'rosidl_typesupport_introspection_cpp')
@@ -289,10 +290,17 @@ def check_python() -> None:
             f'them, for example with "sudo apt install python{VERSION}-dev".')
 
 
-def repair_cmake(text: str, include: str, packages: str) -> str:
-    """Repair the paths and commands in the text of a wheel's CMake file."""
+def repair_cmake(text: str, include: str, packages: str, numpy: str) -> str:
+    """
+    Repair the paths and commands in the text of a wheel's CMake file.
+
+    :param include: folder with the headers of Python
+    :param packages: folder with the Python packages
+    :param numpy: folder with the headers of NumPy, relative to `packages`
+    """
     text = FOREIGN_INCLUDE.sub(lambda _: include, text)
     text = FOREIGN_PACKAGES.sub(lambda _: packages, text)
+    text = NUMPY_HEADERS.sub(numpy, text)
     text = GENERATORS.sub(rf'\1 EXCLUDE {" ".join(CPP_GENERATORS)})', text)
     text = NO_TYPE_SUPPORT.sub(
         'message(FATAL_ERROR "The PyPI environment generates interfaces for C and Python, but '
@@ -327,9 +335,11 @@ def make_venv() -> None:
     pip_install('ROS 2 Jazzy', *PINNED, '-r', str(REQUIREMENTS))
 
     packages = VENV / 'lib' / f'python{VERSION}' / 'site-packages'
+    # NumPy 2 renamed this folder, and the wheels were built with NumPy 2.
+    numpy = next(str(path.relative_to(packages)) for path in packages.glob('numpy/*core/include'))
     for path in (VENV / 'share').rglob('*.cmake'):
         text = path.read_text()
-        repaired = repair_cmake(text, sysconfig.get_path('include'), str(packages))
+        repaired = repair_cmake(text, sysconfig.get_path('include'), str(packages), numpy)
         if repaired != text:
             path.write_text(repaired)
     for path in COPIED:

@@ -65,9 +65,9 @@ def test_cmake_files_are_adapted_to_this_machine(program):
         '  ament_execute_extensions("rosidl_generate_idl_interfaces")\n'
         '  add_custom_target(\n    ament_cmake_python_copy_${package_name}\n    COMMAND a "b"\n'
         '  add_custom_target(\n    ${target} ALL\n',
-        '/usr/include/python3.x', '/home/me\\1/packages')
+        '/usr/include/python3.x', '/home/me\\1/packages', 'numpy/core/include')
     assert text == (
-        'INCLUDES "/usr/include/python3.x;/home/me\\1/packages/numpy/_core/include"\n'
+        'INCLUDES "/usr/include/python3.x;/home/me\\1/packages/numpy/core/include"\n'
         'LIBRARIES "${_IMPORT_PREFIX}/lib/python3.11/site-packages/a.so;/opt/other"\n'
         '  file(STRINGS "${idl_output}" idl_tuples ENCODING UTF-8)\n'
         '    message(FATAL_ERROR "The PyPI environment generates interfaces for C and Python, but '

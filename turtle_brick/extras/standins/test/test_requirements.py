@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Test that the PyPI environment contains everything that its packages require."""
 
-from importlib.metadata import distributions
+from importlib.metadata import distributions, version
 from pathlib import Path
+import sys
 import sysconfig
 
 from packaging.requirements import Requirement
@@ -49,8 +50,18 @@ def test_missing_and_wrong_versions_are_found(tmp_path):
     assert missing_requirements(tmp_path) == {('viewer', 'Numbers')}
 
 
-@pytest.mark.skipif(PACKAGES.parents[3] != SCRIPTS.parents[1] / '.ros',
-                    reason='this is not the PyPI environment of this workspace')
+in_pypi_environment = pytest.mark.skipif(
+    PACKAGES.parents[3] != SCRIPTS.parents[1] / '.ros',
+    reason='this is not the PyPI environment of this workspace')
+
+
+@in_pypi_environment
 def test_the_list_of_packages_is_closed():
     """Everything that the installed distributions declare as required is installed."""
     assert missing_requirements(PACKAGES) == set(EXCEPTIONS)
+
+
+@in_pypi_environment
+def test_numpy_has_the_version_in_jazzy():
+    """Version 2 lacks names such as infty, and version 1 has no wheels for Python 3.13."""
+    assert version('numpy').startswith('1.26.' if sys.version_info < (3, 13) else '2.')
