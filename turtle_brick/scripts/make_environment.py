@@ -261,6 +261,34 @@ def check_platform() -> None:
             'Install ROS 2 Jazzy or use its container, and source its setup.bash first.')
 
 
+def owner_id(path: Path) -> int:
+    """Return the ID of the user who owns a file or folder."""
+    return path.lstat().st_uid
+
+
+def owner_hint(part: Path) -> str:
+    """Return a sentence about the workspace or a part of `.ros` if it belongs to another user."""
+    for path in filter(Path.exists, (TOP, part)):
+        owner = owner_id(path)
+        if owner != os.geteuid():
+            try:
+                name = pwd.getpwuid(owner).pw_name
+            except KeyError:
+                name = f'the user with the ID {owner}'
+            return f' {path} belongs to {name}. ' + (
+                'Copy the workspace without the .ros folder to a folder of your own, and source '
+                'env.bash there.' if path == TOP else
+                f'Enter: sudo chown -R "$(id -u)" {shlex.quote(str(ENVIRONMENT))}')
+    return ''
+
+
+def check_owner() -> None:
+    """Check that this user can change `.ros`, which root owns if it was made with sudo."""
+    for path in (ENVIRONMENT, *ENVIRONMENT.glob('*'), *ENVIRONMENT.glob('*/*')):
+        if path.exists() and not os.access(path, os.W_OK):
+            raise SetupError(f'{path} cannot be changed.{owner_hint(path)}')
+
+
 def check_disk() -> None:
     """Check that the disk has enough space for the virtual environment."""
     free = shutil.disk_usage(TOP).free / 1e6
@@ -403,6 +431,8 @@ def build(base: str, folders: dict[str, Path], made: dict[str, str], mark: str,
         check_programs(*COMPILERS)
     ENVIRONMENT.mkdir(exist_ok=True)
     unused = {path.name for path in install.glob('*') if path.is_dir()} - set(folders)
+    if changed or unused:
+        check_owner()
     for name in (*changed, *unused):
         made.pop(name, None)
         write_record(made)
@@ -511,8 +541,12 @@ def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
         check_platform()
         check_programs(*COMPILERS)
         check_python()
-        report('turtle_brick: ROS 2 Jazzy is not installed. Installing it once from Python wheels '
-               'into .ros, which takes two to four minutes and 600 MB ...')
+        check_owner()
+        reason = ('The ROS 2 Jazzy in .ros was installed by an earlier version of these scripts '
+                  'or with another Python. Installing it again' if VENV.is_dir() else
+                  'ROS 2 Jazzy is not installed. Installing it once')
+        report(f'turtle_brick: {reason} from Python wheels into .ros, which takes two to four '
+               'minutes and 600 MB ...')
         try:
             remove_environment()
             check_disk()
@@ -527,6 +561,7 @@ def use_pypi(made: dict[str, str]) -> tuple[list[str], str, list[Path]]:
     if OWN_REQUIREMENTS.is_file():
         wanted = fingerprint(OWN_REQUIREMENTS.read_bytes())
         if made.get('own') != wanted:
+            check_owner()
             pip_install(OWN_REQUIREMENTS.name, '-r', str(OWN_REQUIREMENTS))
             made['own'] = wanted
             write_record(made)
@@ -556,19 +591,6 @@ def make_environment(kind: str, content: str) -> int:
     return 0
 
 
-def owner_hint() -> str:
-    """Return a sentence that names the owner of the workspace, or '' if it is the current user."""
-    owner = TOP.stat().st_uid
-    if owner == os.geteuid():
-        return ''
-    try:
-        name = pwd.getpwuid(owner).pw_name
-    except KeyError:
-        name = f'the user with the ID {owner}'
-    return (f' {TOP} belongs to {name}. Copy the workspace without the .ros folder to a folder of '
-            'your own, and source env.bash there.')
-
-
 def main() -> int:
     """Make the environment and return the exit status."""
     for number in (signal.SIGTERM, signal.SIGHUP):
@@ -581,7 +603,7 @@ def main() -> int:
     except KeyboardInterrupt:
         report('turtle_brick: The build was interrupted. Source env.bash again.')
     except OSError as error:
-        report(f'turtle_brick: The workspace cannot be built: {error}.{owner_hint()}')
+        report(f'turtle_brick: The workspace cannot be built: {error}.{owner_hint(ENVIRONMENT)}')
     return 1
 
 

@@ -383,6 +383,26 @@ def test_the_owner_of_a_workspace_that_cannot_be_built_is_named(program, monkeyp
     assert f'{program.TOP} belongs to {program.TOP.owner()}. Copy the workspace' in sentence
 
 
+def test_the_owner_of_a_part_that_cannot_be_changed_is_named(program, built, monkeypatch, capsys):
+    """After one sudo, root owns some of the files. Neither pip nor colcon is started."""
+    assert built() == EVERYTHING
+    capsys.readouterr()
+    shutil.rmtree(program.ENVIRONMENT / 'install/turtle_brick')
+    part = program.ENVIRONMENT / 'standins/tf2_ros'
+    monkeypatch.setattr(os, 'geteuid', lambda: 1234)
+    monkeypatch.setattr(program, 'owner_id', lambda path: 0 if path == part else 1234)
+    monkeypatch.setattr(os, 'access', lambda path, mode: path != part)
+    for kind in ('native', 'pypi'):
+        if kind == 'pypi':
+            monkeypatch.setattr(program, 'check_programs', lambda *_: None)
+        with pytest.raises(program.SetupError) as refused:
+            program.make_environment(kind, 'packages')
+        assert str(refused.value) == (
+            f'{part} cannot be changed. {part} belongs to root. '
+            f'Enter: sudo chown -R "$(id -u)" {program.ENVIRONMENT}')
+        assert capsys.readouterr().err == ''
+
+
 @pytest.mark.parametrize('lines, summary, status', [
     ([], '0 passed, 0 failed, 0 skipped', 1),
     (['a b/pytest.xml: 5 tests, 0 errors, 0 failures, 2 skipped',
