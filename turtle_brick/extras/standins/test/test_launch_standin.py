@@ -87,6 +87,8 @@ def starts(monkeypatch):
     found = []
 
     def start(command, **options):
+        if command[0] == sys.executable:  # The real package lets the kernel read the first line.
+            command = command[1:]
         found.append((command, options))
         return subprocess.Popen(['true'], **{**options, 'shell': False, 'cwd': None, 'env': None})
 
@@ -290,6 +292,25 @@ def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
     path = re.search(r'__node:=anonymous_\S*_\d+ --params-file (\S+)', done.text)[1]
     assert Path(path).read_text() == 'side: left'
     assert "sending signal 'SIGINT' to process[sleep-1]" in done.text
+
+
+SCRIPT = '#!/usr/other/python3 -u\nimport rclpy, sys\nprint("runs", *sys.argv[1:])\n'
+
+
+def test_a_script_of_another_python_runs_with_that_of_the_environment(
+        files, environment, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    program = files / 'probe/lib/probe/other_python'
+    program.write_text(SCRIPT)
+    program.chmod(0o755)
+    Path('a.launch.xml').write_text(
+        '<launch><node pkg="probe" exec="other_python" args="here" output="screen"/></launch>')
+    launched = run_here(['ros2', 'launch', 'a.launch.xml'], monkeypatch)
+    assert '[other_python-1] runs here' in launched.text
+    started = subprocess.run(['ros2', 'run', 'probe', 'other_python', 'there'], text=True,
+                             stdout=subprocess.PIPE)
+    program.unlink()
+    assert (started.returncode, started.stdout) == (0, 'runs there\n')
 
 
 ENTITIES = """

@@ -1116,6 +1116,8 @@ def test_what_the_environment_lacks_fails_no_rule():
     ours = explain_missing("robot crashed: ModuleNotFoundError: No module named 'nothing'")
     assert ours.endswith('(the workspace and this installation of ROS do not contain nothing)')
     assert {one.mark for one in record_of_crash(later)} == {OPEN, MET}
+    python = explain_missing("robot crashed: ModuleNotFoundError: No module named 'rclpy'")
+    assert python.endswith('(it is here, but the program was started with another Python)')
     assert FAILED in {one.mark for one in record_of_crash(ours)}
 
 

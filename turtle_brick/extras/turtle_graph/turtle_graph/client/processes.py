@@ -5,6 +5,7 @@ import codecs
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
+from importlib.util import find_spec
 import os
 from pathlib import Path
 import re
@@ -122,10 +123,13 @@ def explain_missing(error: str) -> str:
     error = error.partition(', searching: ')[0].strip('"')
     if LACKS.search(error):
         return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
-    for name in (a or b for a, b in MISSING.findall(error)):
+    for package, module in MISSING.findall(error):
+        name = package or module
         if name in LATER:
             return f'{error} (the workspace is for another release: Jazzy does not contain {name})'
         own = name.startswith('turtle_brick')
+        if not own and module and '.' not in module and find_spec(module):
+            return f'{error} (it is here, but the program was started with another Python)'
         places = 'workspace does' if own else 'workspace and this installation of ROS do'
         return f'{error} (the {places} not contain {name})'
     return error

@@ -162,7 +162,7 @@ class ExecuteLocal(Action):
         pipes = [pty.openpty() if self._emulates_tty else os.pipe() for _ in range(2)]
         try:
             popen = subprocess.Popen(
-                ' '.join(description.final_cmd) if self.shell else description.final_cmd,
+                ' '.join(description.final_cmd) if self.shell else description.started_cmd,
                 shell=self.shell, cwd=description.final_cwd, env=description.final_env,
                 stdin=subprocess.PIPE, stdout=pipes[0][1], stderr=pipes[1][1],
                 preexec_fn=end_with_parent)

@@ -12,6 +12,7 @@ from launch.launch_context import LaunchContext
 from launch.some_substitutions_type import SomeSubstitutionsType
 from launch.substitution import Substitution
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
+from turtle_graph.client.children import with_this_python
 
 Environment = Mapping[SomeSubstitutionsType, SomeSubstitutionsType]
 
@@ -20,7 +21,8 @@ class Executable:
     """
     A program with its arguments, working directory and environment variables.
 
-    prepare() expands the substitutions and sets the attributes that begin with `final`.
+    prepare() expands the substitutions and sets the attributes that begin with `final`, and
+    `started_cmd`.
     """
 
     def __init__(self, *, cmd: Iterable[SomeSubstitutionsType],
@@ -35,6 +37,8 @@ class Executable:
         self.env = _normalize_environment(env)
         self.additional_env = _normalize_environment(additional_env) or []
         self.final_cmd: list[str] = []
+        self.started_cmd: list[str] = []
+        """The final command, in which a Python script runs with the current Python."""
         self.final_name = ''
         self.final_cwd: str | None = None
         self.final_env: dict[str, str] = {}
@@ -47,7 +51,9 @@ class Executable:
         prefix = _perform(context, self.prefix)
         if prefix is None and re.match(settings.get('launch-prefix-filter', ''), program):
             prefix = settings.get('launch-prefix')
-        self.final_cmd = [*shlex.split(prefix or ''), *command]
+        words = shlex.split(prefix or '')
+        self.final_cmd = [*words, *command]
+        self.started_cmd = [*words, *with_this_python(command[0]), *command[1:]]
         context.process_count += 1
         name = _perform(context, self.name) or os.path.basename(self.final_cmd[0])
         self.final_name = f'{name}-{context.process_count}'

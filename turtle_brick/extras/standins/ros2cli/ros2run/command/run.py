@@ -13,7 +13,7 @@ import subprocess
 from ros2cli.command import CommandExtension, Status
 from ros2cli.helpers import complete_with
 from ros2pkg.api import complete_executable_name, complete_package_name, get_executable_paths
-from turtle_graph.client.children import end_with_parent
+from turtle_graph.client.children import end_with_parent, with_this_python
 
 
 class RunCommand(CommandExtension):
@@ -50,8 +50,9 @@ class RunCommand(CommandExtension):
         signal.signal(signal.SIGINT, lambda number, frame: None)  # Ctrl-C also reaches the child.
         for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             signal.signal(number, forward)
-        child = subprocess.Popen([*shlex.split(args.prefix or ''), paths[0], *args.argv],
-                                 preexec_fn=end_with_parent)
+        child = subprocess.Popen(
+            [*shlex.split(args.prefix or ''), *with_this_python(paths[0]), *args.argv],
+            preexec_fn=end_with_parent)
         for received_number in received:  # These signals arrived before the child existed.
             child.send_signal(received_number)
         status = child.wait()
