@@ -70,6 +70,13 @@ def wait_for_pose(live, poses, condition, name):
     return live.wait_for(lambda: condition(poses.last) and poses.last, TIMEOUT, name)
 
 
+def test_the_interfaces_also_have_the_name_of_later_releases():
+    with pytest.warns(UserWarning, match='turtlesim_msgs came after ROS 2 Jazzy'):
+        from turtlesim_msgs.msg import Pose as LaterPose
+        from turtlesim_msgs.srv import Spawn as LaterSpawn
+    assert (LaterPose, LaterSpawn) == (Pose, Spawn)
+
+
 def test_poses_are_published_at_62_5_hz(live, poses):
     """turtlesim_node skips late ticks."""
     first = poses.messages[0]
