@@ -294,6 +294,41 @@ def test_common_features_without_recordings(environment, tmp_path, monkeypatch):
     assert "sending signal 'SIGINT' to process[sleep-1]" in done.text
 
 
+CONDITIONAL = """
+from launch import LaunchDescription
+from launch.actions import (DeclareLaunchArgument, GroupAction, IncludeLaunchDescription,
+                            TimerAction)
+from launch.conditions import IfCondition
+from launch.launch_description_sources import AnyLaunchDescriptionSource
+
+
+def generate_launch_description():
+    on = IfCondition('1')
+    return LaunchDescription([
+        DeclareLaunchArgument('plain'),
+        DeclareLaunchArgument('own', condition=on),
+        GroupAction([DeclareLaunchArgument('grouped')], condition=on),
+        GroupAction([GroupAction([DeclareLaunchArgument('nested')])], condition=on),
+        TimerAction(period=1.0, actions=[DeclareLaunchArgument('timed')]),
+        GroupAction([DeclareLaunchArgument('plain')], condition=on),
+        IncludeLaunchDescription(AnyLaunchDescriptionSource('part.launch.xml'), condition=on),
+        DeclareLaunchArgument('own')])
+"""
+
+
+def test_arguments_under_a_condition_are_marked_as_by_the_real_command(
+        environment, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path('a.launch.py').write_text(CONDITIONAL)
+    Path('part.launch.xml').write_text('<launch><arg name="included"/></launch>')
+    done = run_here(['ros2', 'launch', '-s', 'a.launch.py'], monkeypatch)
+    assert re.findall(r"'(\w+)':(.*)", done.text) == [
+        ('plain', ''), ('own', '*'), ('grouped', '*'), ('nested', ''), ('timed', '*'),
+        ('included', '')]
+    assert done.text.endswith(
+        '\n\n* argument(s) which are only used if specific conditions occur\n')
+
+
 SCRIPT = '#!/usr/other/python3 -u\nimport rclpy, sys\nprint("runs", *sys.argv[1:])\n'
 
 

@@ -4,13 +4,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import NamedTuple, TYPE_CHECKING
 
 from launch.launch_description_entity import LaunchDescriptionEntity
 
 if TYPE_CHECKING:
     from launch.actions.declare_launch_argument import DeclareLaunchArgument
     from launch.launch_context import LaunchContext
+
+
+class Declaration(NamedTuple):
+    """The declaration of a launch argument."""
+
+    argument: DeclareLaunchArgument
+    required: bool
+    """Whether the launch fails if the argument is not given."""
+    is_conditional: bool
+    """Whether the declaration or the action that contains it has a condition, as in `-s`."""
 
 
 class LaunchDescription(LaunchDescriptionEntity):
@@ -35,35 +45,41 @@ class LaunchDescription(LaunchDescriptionEntity):
 
     def get_launch_arguments(self) -> list[DeclareLaunchArgument]:
         """Return the declared arguments of this description and of those that it includes."""
-        arguments: dict[str, DeclareLaunchArgument] = {}
-        for argument, _ in self.get_launch_arguments_and_requirements():
-            arguments.setdefault(argument.name, argument)
-        return list(arguments.values())
+        return [declared.argument for declared in self.get_first_declarations()]
 
-    def get_launch_arguments_and_requirements(self) -> list[tuple[DeclareLaunchArgument, bool]]:
-        """Return each declared argument, and whether the launch fails if it is not given."""
-        return _declared_arguments(self, (), False)
+    def get_first_declarations(self) -> list[Declaration]:
+        """Return the first declaration of each argument."""
+        first: dict[str, Declaration] = {}
+        for declared in self.get_declarations():
+            first.setdefault(declared.argument.name, declared)
+        return list(first.values())
+
+    def get_declarations(self) -> list[Declaration]:
+        """Return all declarations of arguments."""
+        return _declarations(self, (), False)
 
 
-def _declared_arguments(entity: LaunchDescriptionEntity, given: Sequence[str],
-                        conditional: bool) -> list[tuple[DeclareLaunchArgument, bool]]:
+def _declarations(entity: LaunchDescriptionEntity, given: Sequence[str],
+                  conditional: bool) -> list[Declaration]:
     """
-    Return the declared arguments in an entity, and whether they are required.
+    Return the declarations of arguments in an entity.
 
     :param given: names of the arguments that an include passes on
     :param conditional: whether the entity is executed under a condition
     """
     from launch.actions.declare_launch_argument import DeclareLaunchArgument
     from launch.actions.include_launch_description import IncludeLaunchDescription
+    from launch.actions.timer_action import TimerAction
 
-    found: list[tuple[DeclareLaunchArgument, bool]] = []
+    found: list[Declaration] = []
+    is_delayed = entity.condition is not None or isinstance(entity, TimerAction)
     for child in entity.get_sub_entities():
         is_conditional = conditional or child.condition is not None
         if isinstance(child, DeclareLaunchArgument):
             required = (child.default_value is None and not is_conditional
                         and child.name not in given)
-            found.append((child, required))
+            found.append(Declaration(child, required, is_delayed or child.condition is not None))
             continue
         names = (child.get_argument_names() if isinstance(child, IncludeLaunchDescription) else [])
-        found += _declared_arguments(child, (*given, *names), is_conditional)
+        found += _declarations(child, (*given, *names), is_conditional)
     return found

@@ -62,7 +62,7 @@ class IncludeLaunchDescription(Action):
         context.launch_file = os.path.abspath(self.launch_description_source.location)
         names = [perform_substitutions(context, normalize_to_list_of_substitutions(name))
                  for name, _ in self.launch_arguments]
-        for argument, required in description.get_launch_arguments_and_requirements():
+        for argument, required, _ in description.get_declarations():
             if required and argument.name not in names:
                 raise RuntimeError(
                     f"'{context.launch_file}' requires the launch argument '{argument.name}' "

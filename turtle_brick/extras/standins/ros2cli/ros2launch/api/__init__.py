@@ -38,15 +38,18 @@ def print_arguments_of_launch_file(path: str) -> str | None:
         description = get_launch_description_from_any_launch_file(path)
     except Exception as error:  # noqa: B902 -- a launch file can raise any exception
         return f'{type(error).__name__}: {error}'
-    arguments = description.get_launch_arguments()
+    declarations = description.get_first_declarations()
     print("Arguments (pass arguments as '<name>:=<value>'):")
-    for argument in arguments:
-        print(f"\n    '{argument.name}':\n        {argument.description}")
+    for argument, _, is_conditional in declarations:
+        mark = '*' if is_conditional else ''
+        print(f"\n    '{argument.name}':{mark}\n        {argument.description}")
         if argument.default_value is not None:
             default = ' + '.join(part.describe() for part in argument.default_value)
             print(f'        (default: {default})')
-    if not arguments:
+    if not declarations:
         print('\n  No arguments.')
+    if any(declared.is_conditional for declared in declarations):
+        print('\n* argument(s) which are only used if specific conditions occur')
     return None
 
 
