@@ -10,6 +10,10 @@ import ament_index_python as index
 from ros2pkg.api import get_absence
 
 
+LAUNCH_FILES = ('launch.py', 'launch', 'xml', 'yaml', 'yml')
+"""Ends of the names of the files that the parsers of launch files accept."""
+
+
 def find_launch_file(package: str, name: str | None) -> str:
     """
     Return the path of a launch file in or below the share directory of a package.
@@ -58,4 +62,4 @@ def complete_launch_file_name(prefix: str, parsed_args: argparse.Namespace,
     """Return the names of the launch files in the package on the command line."""
     share = index.get_package_share_directory(parsed_args.package_name)
     return [name for _, _, names in os.walk(share) for name in names
-            if name.endswith(('launch.py', 'launch.xml'))]
+            if name.endswith(LAUNCH_FILES)]
