@@ -7,6 +7,7 @@ import argparse
 
 from rcl_interfaces.msg import Parameter
 from rclpy.parameter import get_parameter_value
+from ros2cli.command import Status
 from ros2cli.helpers import complete_with
 from ros2cli.verb import VerbExtension
 from ros2param.api import add_node_arguments, complete_parameter_name, set_parameters
@@ -21,7 +22,11 @@ class SetVerb(VerbExtension):
         complete_with(parameter_name, complete_parameter_name)
         parser.add_argument('value', help='Value of the parameter')
 
-    def main(self, *, args: argparse.Namespace) -> None:
+    def main(self, *, args: argparse.Namespace) -> Status:
         value = get_parameter_value(string_value=args.value)
+        if not isinstance(value.string_value, str):  # in YAML, it is a mapping or a date
+            return (f'{args.value} is not a bool, a number, text or a list of these in YAML. '
+                    f'For text, add quotes: "\'{args.value}\'"')
         set_parameters(args, [Parameter(name=args.parameter_name, value=value)],
                        'Set parameter successful', 'Setting parameter failed')
+        return None
