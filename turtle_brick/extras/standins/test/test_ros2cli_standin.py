@@ -22,6 +22,7 @@ import pytest
 import rclpy
 from recorded import (Command, FORKS, POLL_TIME, records, restored_signal_handlers, run_here,
                       with_paths, write_files)
+from ros2cli.cli import explain_alternative
 from ros2cli.node import direct
 from ros2cli.node.direct import GraphNode, is_complete
 from ros2interface.api import complete_interface
@@ -408,6 +409,13 @@ def test_statistics_are_those_of_the_real_ros2(verb):
     ('bag record -a',
      'ros2 bag is not supported by this stand-in: use `ros2 topic echo --csv TOPIC > FILE` to '
      'record a topic'),
+    ('lifecycle set /talker configure',
+     'ros2 lifecycle is not supported by this stand-in: use `ros2 service call NODE/change_state '
+     "lifecycle_msgs/srv/ChangeState '{transition: {id: 1}}'`, which also requests a transition, "
+     'and `ros2 service call NODE/get_state lifecycle_msgs/srv/GetState`'),
+    ('param set /arena gravity_accel 2024-01-01',
+     '2024-01-01 is not a bool, a number, text or a list of these in YAML. For text, add quotes: '
+     '"\'2024-01-01\'"'),
     ('topic pub /x String', 'The passed message type is invalid'),
     ('service call /drop Trigger', 'The passed service type is invalid')])
 def test_missing_verb_or_invalid_type_is_one_line(words, sentence, files, open_graph_here,
@@ -444,6 +452,20 @@ EXAMPLES = {
     "service call /place turtle_brick_interfaces/srv/Place '{location: {z: -5.0}}'":
         (0, 'response:\nturtle_brick_interfaces.srv.Place_Response(success=False, message=')}
 """Exit status and part of the output, keyed by the words after `ros2`."""
+
+
+def test_an_alternative_is_suggested_only_for_what_is_missing(tmp_path, monkeypatch):
+    """The workspace may contain the source code of a package that the environment lacks."""
+    with pytest.raises(SystemExit, match='demo_nodes_py is not supported'):
+        explain_alternative(['run', 'demo_nodes_py', 'talker'])
+    for path in ('lib/demo_nodes_py/talker',
+                 'share/ament_index/resource_index/packages/demo_nodes_py'):
+        (tmp_path / path).parent.mkdir(parents=True)
+        (tmp_path / path).touch(0o755)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'{tmp_path}:{os.environ["AMENT_PREFIX_PATH"]}')
+    explain_alternative(['run', 'demo_nodes_py', 'talker'])
+    with pytest.raises(SystemExit, match='tf2_monitor is not supported'):
+        explain_alternative(['run', 'tf2_ros', 'tf2_monitor'])
 
 
 @pytest.mark.parametrize('words', EXAMPLES)
@@ -513,6 +535,17 @@ def test_completion_offers_existing_names(complete, before, answers, open_graph_
                                           monkeypatch):
     monkeypatch.setattr(direct, 'open_graph', open_graph_here)
     assert answers <= set(complete('', Namespace(**before)))
+
+
+def test_completion_offers_every_format_of_launch_files(tmp_path, monkeypatch):
+    index = tmp_path / 'share/ament_index/resource_index/packages'
+    for path in (index / 'some', *(tmp_path / 'share/some/launch' / name for name in (
+            'a.launch.py', 'b.launch.xml', 'c.launch.yaml', 'd_launch.yml', 'e.launch', 'f.txt'))):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    assert sorted(complete_launch_file_name('', Namespace(package_name='some'))) == [
+        'a.launch.py', 'b.launch.xml', 'c.launch.yaml', 'd_launch.yml', 'e.launch']
 
 
 @pytest.mark.parametrize('line, words', [

@@ -15,6 +15,7 @@ from typing import Any
 
 import argcomplete
 from ros2cli.command import add_subparsers, CommandExtension, get_class, Status
+from ros2pkg.api import get_executable_paths
 import yaml
 
 COMMANDS = {
@@ -40,11 +41,22 @@ def get_command(name: str) -> CommandExtension:
     return get_class(f'{package}.command.{name}', name, 'Command')()
 
 
+def is_installed(words: Sequence[str]) -> bool:
+    """Return whether `run` or `launch` finds its package and executable, for example as source."""
+    if words[0] not in ('run', 'launch'):
+        return False
+    try:
+        paths = get_executable_paths(words[1])
+    except RuntimeError:
+        return False
+    return words[0] == 'launch' or any(os.path.basename(path) in words[2:3] for path in paths)
+
+
 def explain_alternative(words: Sequence[str]) -> None:
     """End the program with an alternative if the stand-in lacks the command."""
     text = Path(__file__).with_name('alternatives.yaml').read_text(encoding='utf-8')
     for name, alternative in yaml.load(text, Loader=yaml.CSafeLoader).items():
-        if f'{" ".join(words)} '.startswith(f'{name} '):
+        if f'{" ".join(words)} '.startswith(f'{name} ') and not is_installed(words):
             sys.exit(f'ros2 {name} is not supported by this stand-in: {alternative}')
 
 
