@@ -9,10 +9,14 @@ about the static x, y and z axes).
 
 from collections.abc import Sequence
 from functools import reduce
+from math import acos, pi, sin
 from typing import Any, NoReturn
 
 import numpy
-from transforms3d import affines, euler, quaternions
+from transforms3d import affines, axangles, euler, quaternions
+
+SMALL = 4.0 * numpy.finfo(float).eps
+"""Greatest difference between the cosines of equal rotations."""
 
 
 def __getattr__(name: str) -> NoReturn:
@@ -60,6 +64,27 @@ def quaternion_inverse(quaternion: Sequence[float]) -> numpy.ndarray:
     return quaternion_conjugate(quaternion) / numpy.dot(quaternion, quaternion)
 
 
+def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: float,
+                     spin: int = 0, shortestpath: bool = True) -> numpy.ndarray:
+    """
+    Return the spherical linear interpolation between two quaternions.
+
+    :param fraction: 0 for the first quaternion, 1 for the second one
+    :param spin: number of additional half turns
+    :param shortestpath: whether the result may pass through the negative of the second quaternion
+    """
+    first, second = (numpy.divide(one, numpy.linalg.norm(one)) for one in (quat0, quat1))
+    if fraction in (0.0, 1.0):
+        return second if fraction else first
+    cosine = numpy.dot(first, second)
+    if 1.0 - abs(cosine) < SMALL:
+        return first
+    if shortestpath and cosine < 0.0:
+        cosine, second = -cosine, -second
+    angle = acos(cosine) + spin * pi
+    return (sin((1.0 - fraction) * angle) * first + sin(fraction * angle) * second) / sin(angle)
+
+
 def quaternion_matrix(quaternion: Sequence[float]) -> numpy.ndarray:
     return _homogeneous(quaternions.quat2mat(_w_first(quaternion)))
 
@@ -78,6 +103,24 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: str = 'sxyz') -> numpy.n
 
 def translation_matrix(direction: Sequence[float]) -> numpy.ndarray:
     return affines.compose(direction, numpy.identity(3), numpy.ones(3))
+
+
+def translation_from_matrix(matrix: Any) -> numpy.ndarray:
+    return numpy.array(matrix)[:3, 3]
+
+
+def identity_matrix() -> numpy.ndarray:
+    return numpy.identity(4)
+
+
+def inverse_matrix(matrix: Any) -> numpy.ndarray:
+    return numpy.linalg.inv(matrix)
+
+
+def rotation_matrix(angle: float, direction: Sequence[float],
+                    point: Sequence[float] | None = None) -> numpy.ndarray:
+    """Return the rotation about an axis through a point (default: the origin)."""
+    return axangles.axangle2aff(direction, angle, point=point)
 
 
 def concatenate_matrices(*matrices: Any) -> numpy.ndarray:
