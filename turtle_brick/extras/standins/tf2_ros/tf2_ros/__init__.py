@@ -7,12 +7,15 @@ lists missing features.
 """
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 import sys
+from threading import Thread
 from typing import Any, NoReturn
 
 from geometry_msgs.msg import TransformStamped
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
@@ -145,8 +148,6 @@ class TransformListener:
     def __init__(self, buffer: Buffer, node: Node, *, spin_thread: bool = False,
                  qos: QoSProfile | int | None = None, static_qos: QoSProfile | int | None = None
                  ) -> None:
-        if spin_thread:
-            raise TypeError(missing('spin_thread'))
         self.buffer = buffer
         self.node = node
         # The reentrant group lets transforms arrive while another callback waits for a transform.
@@ -157,6 +158,14 @@ class TransformListener:
         self.tf_static_sub = node.create_subscription(
             TFMessage, '/tf_static', self.static_callback, static_qos or QoSProfile(
                 depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL), callback_group=self.group)
+        if spin_thread:
+            Thread(target=self._spin, daemon=True).start()
+
+    def _spin(self) -> None:
+        executor = SingleThreadedExecutor(context=self.node.context)
+        executor.add_node(self.node)
+        with suppress(ExternalShutdownException):
+            executor.spin()
 
     def unregister(self) -> None:
         self.node.destroy_subscription(self.tf_sub)
