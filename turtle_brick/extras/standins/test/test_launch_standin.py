@@ -17,6 +17,9 @@ from types import ModuleType, SimpleNamespace
 
 from ament_index_python.packages import get_package_share_directory
 import launch
+from launch.invalid_launch_file_error import InvalidLaunchFileError
+from launch.launch_description_sources.any_launch_file_utilities import (
+    get_launch_description_from_any_launch_file)
 from launch_testing.loader import TestRun
 import pytest
 from recorded import Command, PROGRAMS, records, run_here, TIMEOUT, with_paths, write_files
@@ -408,6 +411,15 @@ def test_entities_without_recordings(entities, message, environment, tmp_path, m
     Path('part.launch.xml').write_text('<launch/>')
     done = run_here(['ros2', 'launch', 'all.launch.py', 'side:=left'], monkeypatch)
     assert message in done.text
+
+
+def test_package_that_the_environment_lacks_is_explained(tmp_path):
+    path = tmp_path / 'a.launch.py'
+    path.write_text('from ament_index_python import get_package_share_directory\n'
+                    'get_package_share_directory("urdf_tutorial")\n')
+    with pytest.raises(InvalidLaunchFileError, match='urdf_tutorial is not available in this '
+                       'environment.* your workspace is not at fault'):
+        get_launch_description_from_any_launch_file(str(path))
 
 
 @pytest.mark.parametrize('package, name', [

@@ -7,7 +7,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 import os
+import re
 
+from ament_index_python import get_resource, get_resources
 from launch.frontend.parser import Parser
 from launch.invalid_launch_file_error import InvalidLaunchFileError
 from launch.launch_description import LaunchDescription
@@ -28,6 +30,14 @@ def readers() -> dict[str, Callable[[str], LaunchDescription]]:
     return found
 
 
+def explain(error: Exception) -> str:
+    """Return the message of an error, or why the environment lacks a package of ROS 2."""
+    match = re.match("package '(.+?)' not found", str(error.args[0] if error.args else ''))
+    if match and match[1] in get_resources('absent_packages'):
+        return get_resource('absent_packages', match[1])[0]
+    return str(error)
+
+
 def get_launch_description_from_any_launch_file(path: str) -> LaunchDescription:
     """
     Read a launch file. A file with an unknown extension may have any format.
@@ -39,9 +49,8 @@ def get_launch_description_from_any_launch_file(path: str) -> LaunchDescription:
         try:
             return readers()[extension](path)
         except Exception as error:
-            raise InvalidLaunchFileError(
-                f"The launch file '{path}' has an error:\n - {type(error).__name__}: {error}"
-            ) from error
+            raise InvalidLaunchFileError(f"The launch file '{path}' has an error:\n - "
+                                         f'{type(error).__name__}: {explain(error)}') from error
     for read in readers().values():
         with suppress(Exception):
             return read(path)
