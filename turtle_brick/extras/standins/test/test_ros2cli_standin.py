@@ -409,6 +409,9 @@ def test_statistics_are_those_of_the_real_ros2(verb):
     ('bag record -a',
      'ros2 bag is not supported by this stand-in: use `ros2 topic echo --csv TOPIC > FILE` to '
      'record a topic'),
+    ('security create_keystore keys',
+     'ros2 security is not supported by this stand-in: use another ROS_DOMAIN_ID to separate '
+     'graphs, because the environment contains no SROS 2'),
     ('lifecycle set /talker configure',
      'ros2 lifecycle is not supported by this stand-in: use `ros2 service call NODE/change_state '
      "lifecycle_msgs/srv/ChangeState '{transition: {id: 1}}'`, which also requests a transition, "
