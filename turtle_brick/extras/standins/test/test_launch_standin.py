@@ -359,7 +359,7 @@ from launch.event_handlers import OnProcessExit, OnProcessIO
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import (LaunchConfiguration, PathJoinSubstitution, PathSubstitution,
                                   ThisLaunchFileDir)
-from launch_ros.actions import Node, PushROSNamespace
+from launch_ros.actions import LifecycleNode, Node, PushROSNamespace
 from launch_ros.substitutions import FindPackageShare
 
 
@@ -392,6 +392,8 @@ def generate_launch_description():
     ("GroupAction([PushROSNamespace('g'), TimerAction(period=0.1, actions=[LogInfo("
      "msg=LaunchConfiguration('ros_namespace'))])])", '[launch.user]: /g'),
     ('Greet()', 'hello!'),
+    ("LifecycleNode(package='turtle_brick', executable='arena', prefix='echo', output='screen', "
+     "name='talker', namespace='/g')", ' --ros-args -r __node:=talker -r __ns:=/g\n'),
     ("*[ExecuteProcess(cmd=['true'])] * 2", "The process 'true-1' is executed more than once"),
     ("RegisterEventHandler(OnProcessIO(on_stdout=[])), ExecuteProcess(cmd=['echo'])",
      "'list' object is not callable"),
@@ -425,7 +427,7 @@ def test_package_that_the_environment_lacks_is_explained(tmp_path):
 @pytest.mark.parametrize('package, name', [
     ('launch', 'LaunchIntrospector'), ('launch.actions', 'OpaqueCoroutine'),
     ('launch.events.process', 'ShutdownProcess'), ('launch_ros.substitutions', 'Parameter'),
-    ('launch_ros.actions', 'LifecycleNode'),
+    ('launch_ros.actions', 'ComposableNodeContainer'),
     ('launch_testing.asserts', 'EventuallyEqual'),
     ('launch_testing_ros', 'WaitForTopics'), ('tf2_ros', 'TransformServer')])
 def test_missing_name_is_explained(package, name):

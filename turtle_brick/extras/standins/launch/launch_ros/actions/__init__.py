@@ -2,6 +2,7 @@
 """Actions for ROS."""
 
 from launch.missing import missing_name
+from launch_ros.actions.lifecycle_node import LifecycleNode
 from launch_ros.actions.node import Node
 from launch_ros.actions.push_ros_namespace import PushROSNamespace, PushRosNamespace
 from launch_ros.actions.ros_timer import ROSTimer, RosTimer
@@ -10,6 +11,6 @@ from launch_ros.actions.set_parameters_from_file import SetParametersFromFile
 from launch_ros.actions.set_remap import SetRemap
 from launch_ros.actions.set_use_sim_time import SetUseSimTime
 
-__all__ = ['Node', 'PushROSNamespace', 'PushRosNamespace', 'ROSTimer', 'RosTimer', 'SetParameter',
-           'SetParametersFromFile', 'SetRemap', 'SetUseSimTime']
+__all__ = ['LifecycleNode', 'Node', 'PushROSNamespace', 'PushRosNamespace', 'ROSTimer', 'RosTimer',
+           'SetParameter', 'SetParametersFromFile', 'SetRemap', 'SetUseSimTime']
 __getattr__ = missing_name('launch_ros')
