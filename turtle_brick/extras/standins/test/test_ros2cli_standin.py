@@ -204,7 +204,7 @@ TF2_ECHO_OUTPUT = """At time 0.0
 def test_tf2_echo_prints_published_transform(outcomes, domain_id):
     publisher, echo = (start(['ros2', 'run', 'tf2_ros', *words.split()], domain_id) for words in (
         'static_transform_publisher --x 1.5 --y -2 --z 0.25 --roll 0.1 --pitch 0.2 --yaw 0.3 '
-        '--frame-id world --child-frame-id brick', 'tf2_echo world brick -r 20'))
+        '--frame-id world --child-frame-id brick', 'tf2_echo world brick 20'))
     echo.wait_for(lambda: echo.has_printed('  1.000$'))
     publisher.wait_for(lambda: publisher.error.endswith("to 'brick'\n"))
     for command in (publisher, echo):

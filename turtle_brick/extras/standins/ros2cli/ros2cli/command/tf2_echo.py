@@ -46,8 +46,10 @@ class Tf2EchoCommand(CommandExtension):
         parser.add_argument('source_frame', help='frame in which the pose is printed')
         parser.add_argument('target_frame', help='frame whose pose is printed')
         parser.add_argument(
-            '-r', metavar='RATE', type=positive_float, default=1.0,
+            'echo_rate', nargs='?', type=positive_float, default=1.0,
             help='Echo rate in Hz (default: 1.0)')
+        parser.add_argument(
+            '-r', metavar='RATE', type=positive_float, help='Another way to set the echo rate')
         parser.add_argument(
             '--ros-args', nargs='...', default=[],
             help='ROS arguments of the node')
@@ -74,6 +76,6 @@ class Tf2EchoCommand(CommandExtension):
 
             TransformListener(buffer, graph)
             on_timer()
-            graph.create_timer(1.0 / args.r, on_timer)
+            graph.create_timer(1.0 / (args.r or args.echo_rate), on_timer)
             graph.spin_until(lambda: False)
             return None
