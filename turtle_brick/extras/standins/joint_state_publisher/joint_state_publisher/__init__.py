@@ -4,6 +4,7 @@ The stand-in for joint_state_publisher and joint_state_publisher_gui 2.4.0.
 
 Publishes: joint_states (sensor_msgs/JointState), at the rate set by the `rate` parameter.
 Subscribes: robot_description (std_msgs/String, latched).
+Argument: the path of a URDF file, which is read at the start.
 Parameters: rate (integer, default: 10 Hz), zeros.<joint> (double, zero position in rad or m),
 use_smallest_joint_limits (bool, default: true, apply the soft limits of <safety_controller>).
 Positions of mimic joints are not published, because robot_state_publisher computes them.
@@ -12,6 +13,7 @@ joint_state_publisher_gui serves a web page on 127.0.0.1 instead of opening a wi
 
 from collections.abc import Callable
 from math import pi
+from pathlib import Path
 from random import uniform
 import sys
 from typing import Any
@@ -20,6 +22,7 @@ from xml.etree import ElementTree
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from turtle_graph.client.spinning import run_node
@@ -148,6 +151,15 @@ class Gui(JointStatePublisher):
         super().destroy_node()
 
 
+def make_node(node_type: type[JointStatePublisher]) -> JointStatePublisher:
+    """Create a node, and configure it if the command line contains the path of a URDF file."""
+    files = [path for path in map(Path, remove_ros_args(sys.argv)[1:2]) if path.is_file()]
+    node = node_type()
+    if files:
+        node.configure(String(data=files[0].read_text(encoding='utf-8')))
+    return node
+
+
 def main(node_type: type[JointStatePublisher] = JointStatePublisher) -> str | None:
     """Run a node until Ctrl-C or SIGTERM."""
-    return run_node(node_type, 'joint_state_publisher')
+    return run_node(lambda: make_node(node_type), 'joint_state_publisher')
