@@ -878,6 +878,31 @@ def test_a_wheel_that_turns_at_rest_is_reported():
     assert found.mark == FAILED and 'while the robot is at rest' in found.measured
 
 
+def test_commands_must_not_stop_in_any_rest():
+    record = make_record((drive,))
+    record.idle.append((at(20.0), at(23.0)))
+    rest, rate = judge(record, 'cmd_vel: at rest', 'rate: cmd_vel')
+    assert (rest.mark, rate.mark) == (FAILED, MET)
+    assert rest.measured == 'no commands while the robot was at rest'
+
+
+def test_each_fall_must_begin_at_rest():
+    record = make_record((drive,))
+    add_transforms(record, 'brick', 'world', [(9.9, pose(FAR))])
+    for number, speed in enumerate((0.0, 0.0, 3.0)):
+        begin = 10.0 + 2.0 * number
+        drop(record, begin, FAR, [(begin + now, pose((*FAR[:2], max(
+            FAR[2] - speed * now - 9.81 * now * now / 2.0, 0.0))))
+            for now in numpy.arange(0.0, 1.8, 0.01)])
+    assert judge(record, 'fall: course')[0].mark == FAILED
+
+
+def test_a_brick_may_move_at_rest_after_a_drop():
+    record = make_record((drive, fall))
+    record.idle.append((at(2.6), at(3.0)))
+    assert judge(record, 'brick: hovers')[0].mark == MET
+
+
 def test_a_parameter_that_is_not_configured_is_a_failure():
     record = make_record((drive,))
     del record.profile.numbers['max_velocity']
