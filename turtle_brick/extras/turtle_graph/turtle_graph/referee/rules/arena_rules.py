@@ -285,7 +285,8 @@ def bricks_are_placed(record: Record) -> Finding:
             request.end - 3 * BEFORE_NS, request.end - BEFORE_NS)]
         off += [dist(position, place) for position in track[-1:]]
         drift.append(max_motion(track))
-    require(off or None, 'no node broadcasts brick')
+    require(record.frames.get(record.actual('brick')), 'no node broadcasts brick')
+    require_data(off, 'the brick was not observed at the place')
     return Finding(largest(off) <= NEAR and largest(drift) <= STILL,
                    f'at most {largest(off):.4f} m off, moved by {largest(drift):.4f} m '
                    f'in {len(off)} calls')
