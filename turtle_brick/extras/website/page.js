@@ -113,10 +113,13 @@ async function start() {
       $('error').textContent = `unknown settings in the address: ${unknown.join(', ')}`;
       return;
     }
+    // An address names only those boxes that are checked.
+    if (location.hash.length > 1) {
+      for (const box of form.querySelectorAll('[type=checkbox]')) box.checked = box.name in settings;
+    }
     for (const [name, value] of Object.entries(settings)) {
       const field = form.elements[name];
-      if (field.type === 'checkbox') field.checked = true;
-      else if ([...field.options ?? []].some(option => option.value === value)) field.value = value;
+      if ([...field.options ?? []].some(option => option.value === value)) field.value = value;
     }
     update(settings);
   };
@@ -133,7 +136,7 @@ async function start() {
   let pressed;
   view.addEventListener('pointerdown', event => { pressed = event; });
   view.addEventListener('pointerup', ({ clientX, clientY, offsetX, offsetY }) => {
-    if (Math.hypot(clientX - pressed.clientX, clientY - pressed.clientY) > 6) return;
+    if (!pressed || Math.hypot(clientX - pressed.clientX, clientY - pressed.clientY) > 6) return;
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(2 * offsetX / view.clientWidth - 1,
                                         1 - 2 * offsetY / view.clientHeight), camera);

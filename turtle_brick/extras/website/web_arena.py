@@ -118,11 +118,12 @@ class WebArena:
         values = {name: rule.convert(name, _number(new[name]))
                   for name, rule in self.rules.items()}
         changed = {name for name, value in new.items() if value != self.form.get(name)}
-        self.form = new
         if changed.intersection(ADJUSTABLE):
             # The robot keeps its pose, and the brick returns to its last placed position.
             self.start(replace(self.parameters, **{name: values[name] for name in ADJUSTABLE}),
                        self.simulation.turtle.pose[:3])
+            changed.add('tilt')  # The platform of a new simulation is level.
+        self.form = new
         if changed & {'x', 'y', 'z'}:
             self.place(*(values[name] for name in 'xyz'))
         if 'tilt' in changed:

@@ -162,7 +162,18 @@ def test_an_invalid_address_is_refused_and_the_sliders_have_only_valid_values(pa
         fill_in(page, name, value)
         assert page.evaluate('error.innerText') == ''
     assert page.evaluate('arena.parameters.platform_radius') == 1.0
+    page.evaluate('location.hash = "last_pose=on"')
+    page.wait_for('form.last_pose.checked')
+    page.evaluate('location.hash = "platform_radius=0.5"')
+    page.wait_for('!form.last_pose.checked')
+
+
+def test_the_platform_keeps_its_tilt_when_another_slider_moves(page):
+    fill_in(page, 'tilt', 0.3)
+    fill_in(page, 'platform_radius', 0.6)
+    page.wait_for('arena.simulation.tilt_angle === 0.3')
     fill_in(page, 'platform_radius', 0.5)
+    fill_in(page, 'tilt', 0.0)
 
 
 def test_the_robot_overshoots_if_it_steers_by_the_last_pose(page):

@@ -233,4 +233,4 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
                          options.csv or RESULTS / 'class.csv',
                          options.page or RESULTS / 'class.html',
                          [json.stem for json in results if json.exists()])
-    return statuses.pop() if len(statuses) == 1 else 1
+    return 1 if 1 in statuses else max(statuses, default=2)
