@@ -37,7 +37,7 @@ def excluded_files() -> dict[str, list[str]]:
         str(file.relative_to(HERE)) for file in HERE.glob('standins/test/test_*_standin.py')
         if not is_standin(file.stem.removeprefix('test_').removesuffix('_standin'))]}
     if not is_standin('tf2_msgs'):
-        excluded['only for the PyPI environment'] = ['turtle_brick_tools/test/test_types.py']
+        excluded['only for the PyPI environment'] = ['test/test_types.py']
     return excluded
 
 

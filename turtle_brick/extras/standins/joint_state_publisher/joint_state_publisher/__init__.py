@@ -130,7 +130,7 @@ class Gui(JointStatePublisher):
         gui.add_button('Randomize').on_click(lambda _: self.move(
             lambda least, greatest, zero: uniform(least, greatest)))
         gui.add_button('Center').on_click(lambda _: self.move(lambda least, greatest, zero: zero))
-        self.sliders = {
+        self.sliders: dict[str, Any] = {
             name: gui.add_slider(name, least, greatest, (greatest - least) / 10000,
                                  min(max(zero, least), greatest))
             for name, (least, greatest, zero) in self.limits.items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check the types in all packages with mypy."""
+"""Check the types in all packages, scripts and stand-ins with mypy."""
 
 import os
 from pathlib import Path
@@ -7,11 +7,13 @@ from pathlib import Path
 from mypy import api
 import pytest
 
-EXTRAS = Path(__file__).resolve().parents[2]
+EXTRAS = Path(__file__).resolve().parents[1]
 PACKAGES = [str(EXTRAS.parent / 'turtle_brick'), *(
     str(EXTRAS / name / name) for name in ('turtle_graph', 'turtle_brick_tools'))]
 PROGRAMS = [str(EXTRAS.parent / 'scripts' / name)
             for name in ('make_environment.py', 'record_rviz', 'referee', 'website')]
+STANDINS = [str(path.parent) for path in sorted(EXTRAS.glob('standins/*/package.xml'))
+            if any(path.parent.rglob('*.py'))]
 
 ENVIRONMENT = os.environ.get('TURTLE_BRICK_ENVIRONMENT')
 CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
@@ -20,11 +22,14 @@ CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
 
 @pytest.mark.linter
 @pytest.mark.mypy
-def test_mypy(monkeypatch):
+@pytest.mark.parametrize('arguments', [
+    ['--scripts-are-modules', *PACKAGES, *PROGRAMS], ['--disallow-untyped-defs', *STANDINS]],
+    ids=['packages', 'standins'])
+def test_mypy(arguments, monkeypatch):
     # The packages import each other.
     monkeypatch.setenv('MYPYPATH', os.pathsep.join(map(str, (
         EXTRAS.parent, EXTRAS / 'turtle_graph', EXTRAS / 'turtle_brick_tools'))))
     report, errors, status = api.run(
         ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
-         '--scripts-are-modules', '--warn-unused-ignores', *PACKAGES, *PROGRAMS])
+         '--warn-unused-ignores', *arguments])
     assert status == 0, report + errors
