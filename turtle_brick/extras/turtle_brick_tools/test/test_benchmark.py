@@ -18,11 +18,11 @@ from turtle_brick.physics import STEP_NS
 from turtle_brick.ros.tf import BASE_LINK, BRICK
 from turtle_brick_tools import benchmark
 from turtle_brick_tools.benchmark import NODES
-from turtle_graph.client.geometry import pose
+from turtle_graph.client.geometry import Pose
 from turtle_graph.client.processes import Process
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Frame, Received, Record, Sample
-from turtlesim.msg import Pose
+from turtlesim.msg import Pose as TurtlePoseMessage
 
 RELEASE = 1_700_000_000_000_000_000
 LEAD, END = RELEASE - 100_000_000, RELEASE + 1_000_000_000
@@ -38,10 +38,10 @@ def recorded(gravity=9.81, decided=DECIDED, transformed=MOVED):
         stamp = RELEASE + step * STEP_NS
         height = 8.0 - gravity / 2.0 * (max(step, 0) * STEP_NS * 1e-9) ** 2
         record.frames[BRICK].add(
-            stamp + 300_000, step, Sample(stamp, 'world', pose((1.0, 2.0, height))))
+            stamp + 300_000, step, Sample(stamp, 'world', Pose((1.0, 2.0, height))))
     for time, x in drive(10_000_000, transformed):
-        record.frames[BASE_LINK].add(time, 0, Sample(time, 'odom', pose((x, 5.5, 0.0))))
-    record.topics['pose'] = [Received(time, Pose(x=x, y=5.5))
+        record.frames[BASE_LINK].add(time, 0, Sample(time, 'odom', Pose((x, 5.5, 0.0))))
+    record.topics['pose'] = [Received(time, TurtlePoseMessage(x=x, y=5.5))
                              for time, x in drive(16_000_000, MOVED)]
     record.topics['goal_pose'] = [Received(RELEASE + decided, None)]
     record.topics['cmd_vel'] = [

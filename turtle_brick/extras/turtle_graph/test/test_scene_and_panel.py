@@ -8,8 +8,9 @@ from types import SimpleNamespace
 
 import numpy
 import pytest
+from turtle_graph.client.geometry import from_rpy, ORIGIN, Pose
 from turtle_graph.view.camera import ARENA_VIEW, CORNERS, NEAR_VIEW, TOP_VIEW
-from turtle_graph.view.shapes import from_rpy, ORIGIN, Pose, SceneObject, Shape
+from turtle_graph.view.shapes import SceneObject, Shape
 
 # A module-level skip would make the launch_testing plugin skip other modules too.
 if find_spec('viser') is not None:

@@ -1,19 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Test the conversion of robot descriptions and markers to shapes."""
 
-from math import cos, inf, nan, sin
+from math import inf, nan
 
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
-from hypothesis import given
-from hypothesis import strategies as st
 import pytest
-from rigid import axes_of, Frame
+from rigid import axes_of
 from std_msgs.msg import ColorRGBA, Header
-from turtle_graph.client.record import NS_PER_SECOND
-from turtle_graph.view.shapes import from_rpy, Markers, ORIGIN, RED, robot_shapes, shape_of
+from turtle_graph.client.geometry import from_rpy, ORIGIN
+from turtle_graph.client.messages import NS_PER_SECOND
+from turtle_graph.view.shapes import Markers, RED, robot_shapes, shape_of
 from visualization_msgs.msg import Marker
-
-ANGLES = st.floats(-10.0, 10.0)
 
 SMALL = """<?xml version="1.0"?>
 <robot name="small">
@@ -146,13 +143,3 @@ def test_shape_has_kind_size_color_pose_and_text_of_the_marker():
 def test_marker_that_cannot_be_drawn_is_rejected(fields, reason):
     with pytest.raises(ValueError, match=reason):
         shape_of(Marker(**{'type': Marker.CUBE, **fields}))
-
-
-@given(ANGLES, ANGLES, ANGLES, st.tuples(*[st.floats(-5.0, 5.0)] * 3))
-def test_from_rpy_rotates_about_the_fixed_axes_x_y_and_z(roll, pitch, yaw, point):
-    x, y, z = point
-    y, z = cos(roll) * y - sin(roll) * z, sin(roll) * y + cos(roll) * z
-    x, z = cos(pitch) * x + sin(pitch) * z, -sin(pitch) * x + cos(pitch) * z
-    x, y = cos(yaw) * x - sin(yaw) * y, sin(yaw) * x + cos(yaw) * y
-    turned = Frame(axes=axes_of(from_rpy(roll, pitch, yaw))).transform(point)
-    assert turned == pytest.approx((x, y, z), abs=1e-12)

@@ -21,12 +21,13 @@ from sensor_msgs.msg import JointState
 from turtle_brick.core.parameters import default_path, load
 from turtle_brick_tools.demo import forget_old_messages, KEPT_MESSAGES
 from turtle_graph.client.drops import DropWatch
-from turtle_graph.client.geometry import CENTER, Pose, pose, turn, UPRIGHT
+from turtle_graph.client.geometry import CENTER, IDENTITY, multiply, ORIGIN, Pose, turn, Y, Z
 from turtle_graph.client.load import Window
+from turtle_graph.client.messages import NS_PER_SECOND, SECONDS_PER_NS
 from turtle_graph.client.processes import explain_missing, Process
 from turtle_graph.client.profiles import Profile
-from turtle_graph.client.record import (Drive, Frame, NS_PER_SECOND, Received, ReceivedMarker,
-                                        Record, Request, Sample, SECONDS_PER_NS)
+from turtle_graph.client.record import (Drive, Frame, Received, ReceivedMarker, Record, Request,
+                                        Sample)
 from turtle_graph.client.storage import load as load_record, save
 from turtle_graph.referee import referee
 from turtle_graph.referee.rules import robot_rules
@@ -109,14 +110,14 @@ def add_walls(record, times):
 
 def drive(record, off):
     """Simulate a straight drive that begins at 0 s, and the return to the start."""
-    base = numpy.array((0.0, 0.0, HINGE - model(record).pose('platform').position[2]))
+    base = HINGE - model(record).pose('platform').position[2]
     stem = model(record).joint('stem')
     for joint in model(record).joints:
         if joint != stem:
             static = joint.child != 'platform'
             track = [(number / 10.0, joint.origin) for number in range(-5, -4 if static else 50)]
             add_transforms(record, joint.child, joint.parent, track, static)
-    add_transforms(record, 'odom', 'world', [(-0.5, pose((*CENTER, 0.0)))], static=True)
+    add_transforms(record, 'odom', 'world', [(-0.5, Pose((*CENTER, 0.0)))], static=True)
     record.idle = [(at(-0.5), at(0.0))]
     for begin, here, there in ((0.0, 0.0, 1.5), (LEG, 1.5, 0.0)):
         start, goal = (tuple(CENTER + way * DIRECTION) for way in (here, there))
@@ -134,9 +135,9 @@ def drive(record, off):
         for one in (odometry.twist.twist, twist):
             one.linear.x, one.linear.y = speed * DIRECTION
         angle = atan2(*DIRECTION[::-1]) + pi * back + off.crooked
-        add_transforms(record, 'base_link', 'odom', [(seconds, pose(base + (x, y, 0.0)))])
+        add_transforms(record, 'base_link', 'odom', [(seconds, Pose((x, y, base)))])
         add_transforms(record, 'stem', 'base_link', [
-            (seconds, Pose(stem.origin.position, turn(UPRIGHT[2], angle)))])
+            (seconds, Pose(stem.origin.position, turn(Z, angle)))])
         add_message(record, 'odom', odometry, seconds, late)
         add_message(record, 'cmd_vel', twist, seconds)
         add_message(record, 'joint_states', JointState(
@@ -145,7 +146,7 @@ def drive(record, off):
             velocity=[0.0, abs(speed) * angle_per_meter, 0.0]), seconds)
         add_message(record, 'pose', SimpleNamespace(x=CENTER[0] + x, y=CENTER[1] + y), seconds)
     add_transforms(record, 'base_link', 'odom', [
-        (2.0 * LEG + number / 10.0, pose(base)) for number in range(72)])
+        (2.0 * LEG + number / 10.0, Pose((0.0, 0.0, base))) for number in range(72)])
 
 
 def drop(record, requested, place, track):
@@ -167,37 +168,37 @@ def drop(record, requested, place, track):
 def fall(record, off):
     """Simulate a brick that hovers until 2.5 s and then falls beside the platform."""
     add_transforms(record, 'brick', 'world', (
-        (now, pose(FAR)) for now in numpy.arange(-0.5, 2.44, 0.4 / off.rate)))
+        (now, Pose(FAR)) for now in numpy.arange(-0.5, 2.44, 0.4 / off.rate)))
     record.places.append(Request(at(2.0), at(2.44), FAR))
     track = []
     for now in numpy.arange(2.44, 4.2, off.step):
         time = max(now - 2.5, 0.0)
         depth = off.gravity * time * time / 2.0
-        track.append((now, pose((FAR[0] + off.aside * time, FAR[1],
+        track.append((now, Pose((FAR[0] + off.aside * time, FAR[1],
                                  max(FAR[2] - depth, HEIGHT / 2.0 - off.below)))))
     drop(record, 2.45, FAR, track)
 
 
 def tip(record, off):
     """Simulate a brick that is released at 5.5 s, caught and then tipped off."""
-    joint, level, leaning = model(record).joint('platform'), UPRIGHT, turn(UPRIGHT[1], ANGLE)
+    joint, level, leaning = model(record).joint('platform'), IDENTITY, turn(Y, ANGLE)
     acceleration = off.pull * off.gravity * sin(ANGLE)
     gone = TILT + sqrt(2.0 * (off.stop - OFFSET) / acceleration)
     track = []
     for now in numpy.arange(5.0, 8.4, 0.02):
         tilted, behind = TILT <= now < LEVEL, now - off.late
-        axes = leaning if TILT <= behind < LEVEL else level
+        rotation = leaning if TILT <= behind < LEVEL else level
         add_transforms(record, 'platform', joint.parent, [
-            (now, joint.origin.compose(Pose(numpy.zeros(3), leaning if tilted else level)))])
+            (now, joint.origin.compose(Pose(ORIGIN.position, leaning if tilted else level)))])
         add_message(record, 'joint_states', JointState(
             name=['platform_joint'], position=[ANGLE * tilted]), now)
         there = numpy.array(CLOSE) - (0.0, 0.0, off.gravity * max(now - 5.5, 0.0) ** 2 / 2.0)
         if there[2] < REST + off.above:
             way = OFFSET + acceleration * max(min(behind, gone) - TILT, 0.0) ** 2 / 2.0
-            hinge = Pose(numpy.array((*CENTER, HINGE)), leaning if behind >= gone else axes)
+            hinge = Pose((*CENTER, HINGE), leaning if behind >= gone else rotation)
             there = hinge.transform((way, 0.0, REST + off.above - HINGE))
             there[0] += off.drift * max(behind - gone, 0.0)
-        track.append((now, Pose(there, axes @ turn(UPRIGHT[1], off.lean))))
+        track.append((now, Pose(tuple(there), multiply(rotation, turn(Y, off.lean)))))
     record.tilts = [Request(at(TILT), at(TILT + 0.3), ANGLE),
                     Request(at(LEVEL), at(LEVEL + 0.3), 0.0)]
     record.places.append(Request(at(5.0), at(5.44), CLOSE))
@@ -245,10 +246,24 @@ def judge(record, *names):
     return Rules(rule for rule in referee.RULES if rule.name in names).judge(record)
 
 
+def move(frame, pose_of, begin=0, end=inf):
+    """Replace the pose of each sample between two times (ns) by the result of `pose_of`."""
+    def moved(sample):
+        return sample._replace(pose=pose_of(sample)) if begin <= sample.stamp < end else sample
+
+    frame.samples = [moved(sample) for sample in frame.samples]
+    frame.published = [(time, moved(sample)) for time, sample in frame.published]
+
+
+def shifted(pose, way):
+    """Return a pose whose position is shifted by a vector (m)."""
+    return pose._replace(position=tuple(numpy.add(pose.position, way)))
+
+
 def shift(record, frame, seconds, way, axis=0):
     """Shift a frame by `way` (m) along an axis for 0.03 s, starting at `seconds`."""
-    for sample in record.frames[frame].between(at(seconds), at(seconds + 0.03)):
-        sample.pose.position[axis] += way
+    move(record.frames[frame], lambda sample: shifted(sample.pose, way * numpy.eye(3)[axis]),
+         at(seconds), at(seconds + 0.03))
 
 
 def change(record, topic, seconds, field, way):
@@ -285,10 +300,10 @@ def tilt_in_tf(record, angle):
     """Tilt the platform by 0.3 rad in joint_states and by another angle (rad) in TF."""
     joint = model(record).joint('platform')
     record.tilts.append(Request(at(9.0), at(9.3), 0.3))
-    add_transforms(record, 'base_link', 'odom', [(9.2, pose((0.0, 0.0, 0.0)))])
+    add_transforms(record, 'base_link', 'odom', [(9.2, ORIGIN)])
     # By default, robot_state_publisher publishes every 50 to 60 ms.
     add_transforms(record, 'platform', joint.parent, [
-        (now, joint.origin.compose(Pose(numpy.zeros(3), turn(UPRIGHT[1], tilt))))
+        (now, joint.origin.compose(Pose(ORIGIN.position, turn(Y, tilt))))
         for now, tilt in ((9.18, angle), (9.24, angle), (9.305, 0.0))])
     add_message(record, 'joint_states', JointState(name=[joint.name], position=[0.3]), 9.1)
 
@@ -363,9 +378,9 @@ def delay_odometry(record, seconds):
 
 FAULTS = (
     ('frames: world', lambda record, parent: add_transforms(
-        record, 'lost', parent, [(0.0, pose(CLOSE))]), ('odom',), ('nowhere',)),
+        record, 'lost', parent, [(0.0, Pose(CLOSE))]), ('odom',), ('nowhere',)),
     ('frames: odom', lambda record, dx: record.frames['odom'].add(at(0.5), 1, Sample(
-        at(0.5), 'world', pose((CENTER[0] + dx, CENTER[1], 0.0)))), (0.0,), (0.02,)),
+        at(0.5), 'world', Pose((CENTER[0] + dx, CENTER[1], 0.0)))), (0.0,), (0.02,)),
     ('frames: odom', lambda record, dx: shift(record, 'odom', -0.5, dx),
      (0.005,), (0.02, -2.0 * CENTER[0])),
     ('frames: base_link', lambda record, dy: shift(record, 'base_link', LEG - 0.05, dy, 1),
@@ -376,7 +391,7 @@ FAULTS = (
     ('rate: base_link', lambda record, lost: record.frames['base_link'].samples.__delitem__(
         slice(0, 40, lost)), (), (10,)),
     ('frames: brick', lambda record, parent: add_transforms(
-        record, 'brick', parent, [(9.0, pose(FAR))]), (), ('sky',)),
+        record, 'brick', parent, [(9.0, Pose(FAR))]), (), ('sky',)),
     ('frames: broadcasters', lambda record, numbers: setattr(
         record.frames['base_link'], 'sequence_numbers', numbers), ([0, 1, 2, 3],), ([7, 0] * 4,)),
     ('names: relative', lambda record, node: record.publishers.update({'/walls': {node}}),
@@ -692,10 +707,15 @@ def test_a_wall_may_be_a_list_of_boxes():
 
 def test_the_frame_of_the_brick_may_be_at_its_base():
     record, half = make_record(rate=10.0), HEIGHT / 2.0
-    for sample in record.frames['brick'].samples:
-        if sample.stamp < at(LEVEL):  # The floating brick then turns about its base.
-            base = sample.pose.position - half * sample.pose.upright
-        sample.pose.position[:] = base
+    brick = record.frames['brick']
+    # From LEVEL on, the floating brick turns about its base.
+    last = brick.between(0, at(LEVEL))[-1].pose
+
+    def lowered(sample):
+        pose = sample.pose if sample.stamp < at(LEVEL) else last
+        return sample.pose._replace(position=shifted(pose, -half * pose.upright).position)
+
+    move(brick, lowered)
     record.markers[4].marker.pose.position.z = half
     record.places = [one._replace(value=(*one.value[:2], one.value[2] - half))
                      for one in record.places]
@@ -771,8 +791,8 @@ def test_a_wheel_is_on_the_ground_if_its_visual_is():
     _, edit, *_ = urdf('', "link[@name='wheel']/visual/origin", 'xyz')
     edit(record, '0 0 0.3')
     assert judge(record, 'frames: robot')[0].mark == FAILED
-    place, axes = record.frames.pop('wheel').samples[0].pose
-    add_transforms(record, 'wheel', 'stem', [(-0.5, Pose(place - (0.0, 0.0, 0.3), axes))], True)
+    wheel = record.frames.pop('wheel').samples[0].pose
+    add_transforms(record, 'wheel', 'stem', [(-0.5, shifted(wheel, (0.0, 0.0, -0.3)))], True)
     assert judge(record, 'frames: robot')[0].mark == MET
 
 
@@ -888,10 +908,10 @@ def test_commands_must_not_stop_in_any_rest():
 
 def test_each_fall_must_begin_at_rest():
     record = make_record((drive,))
-    add_transforms(record, 'brick', 'world', [(9.9, pose(FAR))])
+    add_transforms(record, 'brick', 'world', [(9.9, Pose(FAR))])
     for number, speed in enumerate((0.0, 0.0, 3.0)):
         begin = 10.0 + 2.0 * number
-        drop(record, begin, FAR, [(begin + now, pose((*FAR[:2], max(
+        drop(record, begin, FAR, [(begin + now, Pose((*FAR[:2], max(
             FAR[2] - speed * now - 9.81 * now * now / 2.0, 0.0))))
             for now in numpy.arange(0.0, 1.8, 0.01)])
     assert judge(record, 'fall: course')[0].mark == FAILED
@@ -928,8 +948,8 @@ def test_a_robot_that_drives_elsewhere_fails_one_rule():
 
 def test_the_rolling_direction_does_not_depend_on_the_rate_of_tf():
     record = make_record((drive,))
-    for sample in record.frames['stem'].samples:
-        sample.pose.axes[:] = turn(UPRIGHT[2], 2.0) @ sample.pose.axes
+    move(record.frames['stem'], lambda sample: sample.pose._replace(
+        orientation=multiply(turn(Z, 2.0), sample.pose.orientation)))
     assert judge(record, 'drive: rolling')[0].mark == MET
 
 
@@ -983,10 +1003,12 @@ def test_where_a_brick_that_was_not_dropped_ends_may_follow_from_that():
 
 def test_the_stem_is_not_judged_where_the_robot_turns():
     for crooked, mark in ((0.0, MET), (radians(6.0), FAILED)):
-        record, turned = make_record((drive,), crooked=crooked), turn(UPRIGHT[2], pi / 2.0)
-        corner = record.frames['base_link'].at(at(0.25)).pose.position
-        for sample in record.frames['base_link'].between(at(0.25), at(LEG)):
-            sample.pose.position[:] = corner + turned @ (sample.pose.position - corner)
+        record = make_record((drive,), crooked=crooked)
+        base = record.frames['base_link']
+        corner = base.at(at(0.25)).pose._replace(orientation=turn(Z, pi / 2.0))
+        move(base, lambda sample: sample.pose._replace(position=tuple(
+            corner.transform(numpy.subtract(sample.pose.position, corner.position)))),
+            at(0.25), at(LEG))
         for received in record.messages('joint_states', at(0.25), at(LEG)):
             received.message.position[0] += pi / 2.0
         assert judge(record, 'drive: stem')[0].mark == mark
@@ -1005,12 +1027,14 @@ def test_the_size_of_the_brick_is_that_of_its_turned_marker():
 def test_a_brick_may_lag_when_it_lands_on_a_moving_platform(lag, mark):
     record, stop = make_record(), 6.6
     watch, down = record.drops[1], (record.drops[1].down - BEGIN) * SECONDS_PER_NS
-    for frame, late in (('base_link', 0.0), ('brick', lag)):
-        for sample in record.frames[frame].between(at(4.9), at(stop + lag)):
-            seconds = (sample.stamp - BEGIN) * SECONDS_PER_NS - late
-            if frame == 'brick':
-                seconds = max(seconds, down - late)
-            sample.pose.position[0] += SPEED * (min(seconds, stop) - stop)
+
+    def driving(sample, late, begin):
+        seconds = max((sample.stamp - BEGIN) * SECONDS_PER_NS, begin) - late
+        return shifted(sample.pose, (SPEED * (min(seconds, stop) - stop), 0.0, 0.0))
+
+    for frame, late, begin in (('base_link', 0.0, 0.0), ('brick', lag, down)):
+        move(record.frames[frame], partial(driving, late=late, begin=begin),
+             at(4.9), at(stop + lag))
     watch.landed = record.pose('brick', watch.down).position
     watch.place = (*watch.landed[:2], watch.place[2])
     assert judge(record, 'brick: rides')[0].mark == mark
@@ -1048,9 +1072,12 @@ def test_the_marker_of_a_moving_brick_is_not_compared_with_the_brick():
 def test_a_fall_may_be_integrated_in_steps():
     record, step = make_record((drive, fall), step=0.004), 0.004
     watch, gravity = record.drops[0], NUMBERS['gravity_accel']
-    for sample in record.frames['brick'].between(watch.released + 1, watch.down):
+
+    def fallen(sample):
         time = (sample.stamp - watch.released) * SECONDS_PER_NS
-        sample.pose.position[2] = FAR[2] - gravity * time * (time + step) / 2.0
+        return Pose((*FAR[:2], FAR[2] - gravity * time * (time + step) / 2.0))
+
+    move(record.frames['brick'], fallen, watch.released + 1, watch.down)
     move_response(record, 0.0035)
     found = judge(record, 'drop: answer first', 'fall: acceleration', 'fall: course')
     assert {one.mark for one in found} == {MET}
@@ -1059,11 +1086,11 @@ def test_a_fall_may_be_integrated_in_steps():
 @pytest.mark.parametrize('late, mark', ((1, MET), (2, FAILED)))
 def test_most_falls_must_have_the_acceleration(late, mark):
     record = make_record((drive,))
-    add_transforms(record, 'brick', 'world', [(9.9, pose(FAR))])
+    add_transforms(record, 'brick', 'world', [(9.9, Pose(FAR))])
     for number in range(3):
         gravity = NUMBERS['gravity_accel'] * (0.95 if number < late else 1.0)
         begin = 10.0 + 2.0 * number
-        drop(record, begin, FAR, [(begin + now, pose((*FAR[:2], max(
+        drop(record, begin, FAR, [(begin + now, Pose((*FAR[:2], max(
             FAR[2] - gravity * now * now / 2.0, 0.0)))) for now in numpy.arange(0.0, 1.8, 0.01)])
     assert judge(record, 'fall: acceleration')[0].mark == mark
 
@@ -1078,7 +1105,7 @@ def test_the_brick_may_lead_a_platform_that_tf_contains_at_a_low_rate():
 def test_a_brick_on_a_platform_that_tilts_at_once_may_be_late():
     record = make_record()
     before, late, *_ = record.frames['brick'].between(at(TILT - 0.02), at(TILT + 0.1))
-    late.pose.position[:] = before.pose.position
+    move(record.frames['brick'], lambda _: before.pose, late.stamp, late.stamp + 1)
     assert judge(record, 'slide: law')[0].mark == MET
 
 
@@ -1168,7 +1195,7 @@ def test_frames_may_have_other_names():
 def test_a_frame_is_interpolated_between_close_transforms():
     record = Record(Profile())
     for seconds, parent in ((0.0, 'world'), (0.1, 'world'), (0.3, 'world'), (0.4, 'platform')):
-        add_transforms(record, 'brick', parent, [(seconds, pose((seconds, 0.0, 0.0)))])
+        add_transforms(record, 'brick', parent, [(seconds, Pose((seconds, 0.0, 0.0)))])
     frame = record.frames['brick']
     assert frame.at(at(0.05)).pose.position[0] == pytest.approx(0.05)
     assert frame.at(at(0.2)) is None
@@ -1182,9 +1209,7 @@ def test_a_frame_is_interpolated_between_close_transforms():
 def test_nan_and_infinity_are_judged(odd):
     record = make_record()
     for frame in record.frames.values():
-        for sample in frame.samples:
-            sample.pose.position[:] = odd
-            sample.pose.axes[:] = odd
+        move(frame, lambda _: Pose((odd,) * 3, (odd,) * 4))
     for received in record.topics['pose']:
         received.message.x = odd
     for received in record.markers:

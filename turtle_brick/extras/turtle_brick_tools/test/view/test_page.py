@@ -20,10 +20,11 @@ from turtle_brick.core.parameters import default_path
 from turtle_brick.core.time_steps import NS_PER_SECOND
 from turtle_brick.physics import BrickState
 from turtle_brick.ros.tf import transform_message
+from turtle_graph.client.geometry import ORIGIN
 from turtle_graph.view.page import Page
 from turtle_graph.view.replay import Replay, Snapshot
 from turtle_graph.view.settings import read_settings, Settings
-from turtle_graph.view.shapes import ORIGIN, SceneObject
+from turtle_graph.view.shapes import SceneObject
 from visualization_msgs.msg import Marker, MarkerArray
 
 START = 1_700_000_000 * NS_PER_SECOND

@@ -8,9 +8,10 @@ from typing import Any
 
 from turtle_graph.client.drops import DropWatch
 from turtle_graph.client.geometry import CENTER, Vector
+from turtle_graph.client.messages import NS_PER_SECOND
 from turtle_graph.client.observer import fill_position, number_fields, Observer
 from turtle_graph.client.profiles import FRAMES, NUMBERS
-from turtle_graph.client.record import Drive, EXTRAPOLATION_NS, NS_PER_SECOND, Request, rest_start
+from turtle_graph.client.record import Drive, EXTRAPOLATION_NS, Request, rest_start
 from turtle_graph.client.spinning import Spinner
 
 TIMEOUT = 3.0

@@ -44,7 +44,7 @@ class DropWatch:
         """Observe a brick from the time `begin` (ns), when the brick hovers at `place` (m)."""
         platform = record.pose('platform', begin)
         self._record = record
-        self._track: deque[tuple[int, Array]] = deque(maxlen=HISTORY)
+        self._track: deque[tuple[int, Vector]] = deque(maxlen=HISTORY)
         self._marker_count = len(record.markers)
         self._place_on_platform: Array | None = None
         self._last_stamp = begin
@@ -55,10 +55,10 @@ class DropWatch:
         self.requested: int | None = None
         self.released: int | None = None
         self.down: int | None = None
-        self.landed: Array | None = None
+        self.landed: Vector | None = None
         self.caught = False
         self.tilted: int | None = None
-        self.carried_to: Array | None = None
+        self.carried_to: tuple[float, float] | None = None
         self.floated: int | None = None
         self.leveled: int | None = None
         self.refusals: list[int] = []

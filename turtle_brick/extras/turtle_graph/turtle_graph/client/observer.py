@@ -17,8 +17,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from tf2_msgs.msg import TFMessage
 from turtle_graph.client.load import LoadMeter
+from turtle_graph.client.messages import NS_PER_SECOND
 from turtle_graph.client.profiles import COMMANDS, Profile, similar_names, TURTLE_COMMANDS
-from turtle_graph.client.record import NS_PER_SECOND, Received, ReceivedMarker, Record
+from turtle_graph.client.record import Received, ReceivedMarker, Record
 
 DEPTH = 2000
 """Queue size of each subscription, sufficient for several seconds of messages."""

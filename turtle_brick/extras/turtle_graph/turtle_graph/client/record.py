@@ -11,12 +11,10 @@ from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-from turtle_graph.client.geometry import Array, Pose, pose
+from turtle_graph.client.geometry import Array, interpolate, ORIGIN, Pose
 from turtle_graph.client.load import Window
+from turtle_graph.client.messages import nanoseconds_of, read_pose
 from turtle_graph.client.profiles import Profile
-
-NS_PER_SECOND = 1_000_000_000
-SECONDS_PER_NS = 1e-9
 
 MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) for interpolation between two transforms."""
@@ -143,8 +141,7 @@ class Frame:
         if before.parent != after[0].parent:
             return before
         fraction = (stamp - before.stamp) / interval
-        return Sample(stamp, before.parent, Pose(*(
-            a + fraction * (b - a) for a, b in zip(before.pose, after[0].pose))))
+        return Sample(stamp, before.parent, interpolate(before.pose, after[0].pose, fraction))
 
 
 class Record:
@@ -179,15 +176,15 @@ class Record:
 
     def add_transform(self, published: int, number: int, transform: Any, static: bool) -> None:
         """Store a geometry_msgs/TransformStamped."""
-        p, q = transform.transform.translation, transform.transform.rotation
         stamp = nanoseconds_of(transform.header.stamp)
         frame = self.frames.setdefault(transform.child_frame_id.removeprefix('/'), Frame(static))
         frame.on_both_topics = frame.on_both_topics or frame.static is not static
         if abs(stamp - published) > MAX_STAMP_ERROR_NS:
             frame.wrong_stamps = frame.wrong_stamps or not static
             stamp = published
-        frame.add(published, number, Sample(stamp, transform.header.frame_id.removeprefix('/'),
-                                            pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))))
+        pose = read_pose(transform.transform.translation, transform.transform.rotation)
+        frame.add(published, number,
+                  Sample(stamp, transform.header.frame_id.removeprefix('/'), pose))
 
     def actual(self, frame: str) -> str:
         """Return the TF name for a standard frame name, and any other name unchanged."""
@@ -210,7 +207,7 @@ class Record:
         """Return a frame's world pose at a given time (ns), or None if the pose is unknown."""
         frame = self.actual(frame)
         if frame == self.actual('world'):
-            return pose((0.0, 0.0, 0.0))
+            return ORIGIN
         sample = self.frames[frame].at(stamp) if frame in self.frames and depth else None
         parent = sample and self.pose(sample.parent, stamp, depth - 1)
         return parent.compose(sample.pose) if sample and parent else None
@@ -273,11 +270,6 @@ def link_names(description: str) -> list[str]:
     except (ElementTree.ParseError, ValueError):
         return []
     return [link.get('name', '') for link in links]
-
-
-def nanoseconds_of(stamp: Any) -> int:
-    """Convert a builtin_interfaces/Time to nanoseconds."""
-    return stamp.sec * NS_PER_SECOND + stamp.nanosec
 
 
 def stamp_of(received: Received) -> int:

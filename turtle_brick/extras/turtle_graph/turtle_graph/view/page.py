@@ -21,11 +21,13 @@ from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer, TransformException
-from turtle_graph.client.record import message_rate, nanoseconds_of, NS_PER_SECOND
+from turtle_graph.client.geometry import ORIGIN, Pose
+from turtle_graph.client.messages import nanoseconds_of, NS_PER_SECOND, read_pose, read_vector
+from turtle_graph.client.record import message_rate
 from turtle_graph.view.replay import Replay, Snapshot
 from turtle_graph.view.settings import Settings
-from turtle_graph.view.shapes import (is_drawable, Markers, ORIGIN, Pose, robot_shapes,
-                                      RobotShapes, SceneObject, Shape)
+from turtle_graph.view.shapes import (is_drawable, Markers, robot_shapes, RobotShapes,
+                                      SceneObject, Shape)
 from visualization_msgs.msg import Marker, MarkerArray
 
 if TYPE_CHECKING:  # These modules import viser, which may not be installed.
@@ -129,9 +131,10 @@ class Page:
                 self._pending[child] = transform
 
     def _store(self, child: str, transform: TransformStamped, is_static: bool) -> None:
-        position, stamp = transform.transform.translation, nanoseconds_of(transform.header.stamp)
+        position = read_vector(transform.transform.translation)
+        stamp = nanoseconds_of(transform.header.stamp)
         is_root = child == WORLD == (self._settings.fixed_frame or WORLD)
-        if is_root or not is_drawable(position.x, position.y, position.z) or not (
+        if is_root or not is_drawable(*position) or not (
                 0 <= stamp <= time_ns() + NS_PER_SECOND):
             self._warn_once('The page ignores transforms with a wrong position, time or child')
             return
@@ -161,10 +164,10 @@ class Page:
 
     def on_goal(self, message: PoseStamped) -> None:
         """Store the goal of the robot."""
-        point = message.pose.position
+        point = read_vector(message.pose.position)
         frame = self._pose(message.header.frame_id or WORLD)
-        if frame is not None and is_drawable(point.x, point.y, point.z):
-            self._goal = frame.transform((point.x, point.y, point.z))[:2]
+        if frame is not None and is_drawable(*point):
+            self._goal = frame.compose(Pose(point)).position[:2]
 
     def on_tilt(self, angle: float) -> None:
         """Store the tilt (rad) of the platform."""
@@ -221,7 +224,7 @@ class Page:
         if self._goal is None or robot is None or dist(
                 robot.position[:2], self._goal) < GOAL_TOLERANCE:
             return {}
-        return {'goal': SceneObject((GOAL,), Pose((*self._goal, 0.0), ORIGIN.orientation))}
+        return {'goal': SceneObject((GOAL,), Pose((*self._goal, 0.0)))}
 
     def _frame_objects(self) -> dict[str, SceneObject]:
         if not self._panel.frames.value:
@@ -298,9 +301,7 @@ class Page:
         transform = self._lookup(frame, stamp)
         if transform is None:
             return None
-        position, rotation = transform.transform.translation, transform.transform.rotation
-        return Pose((position.x, position.y, position.z),
-                    (rotation.x, rotation.y, rotation.z, rotation.w))
+        return read_pose(transform.transform.translation, transform.transform.rotation)
 
     def _lookup(self, frame: str, stamp: int) -> TransformStamped | None:
         try:

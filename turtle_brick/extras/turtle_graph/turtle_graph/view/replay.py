@@ -6,9 +6,8 @@ from bisect import bisect
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-import numpy
-from turtle_graph.client.geometry import Vector
-from turtle_graph.view.shapes import Pose, SceneObject
+from turtle_graph.client.geometry import interpolate, Vector
+from turtle_graph.view.shapes import SceneObject
 
 MAX_SNAPSHOTS = 600
 """Maximum number of snapshots in a recording, enough for 30 s."""
@@ -61,12 +60,3 @@ class Replay:
             shown.pose, after.objects[name].pose, fraction))
             for name, shown in before.objects.items() if name in after.objects}
         return Snapshot(time, objects, before.points)
-
-
-def interpolate(start: Pose, end: Pose, fraction: float) -> Pose:
-    """Interpolate between two poses at a given fraction (0 to 1)."""
-    first, second = numpy.hstack(start), numpy.hstack(end)
-    if first[3:] @ second[3:] < 0.0:
-        second[3:] *= -1.0  # Quaternions with opposite signs represent the same rotation.
-    mean = (1.0 - fraction) * first + fraction * second
-    return Pose(tuple(mean[:3]), tuple(mean[3:] / numpy.linalg.norm(mean[3:])))

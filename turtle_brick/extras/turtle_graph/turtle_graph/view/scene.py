@@ -9,9 +9,9 @@ from math import dist
 from typing import Any
 
 import numpy
-from turtle_graph.client.geometry import CENTER, Vector
+from turtle_graph.client.geometry import CENTER, Pose, Vector
 from turtle_graph.view.camera import ARENA_VIEW, CORNERS, FIELD_OF_VIEW, View
-from turtle_graph.view.shapes import Pose, SceneObject, Shape
+from turtle_graph.view.shapes import SceneObject, Shape
 import viser
 
 GROUND_COLOR = (229, 232, 226)

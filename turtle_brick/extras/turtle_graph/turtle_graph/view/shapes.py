@@ -4,17 +4,13 @@
 
 from collections.abc import Callable
 from itertools import chain
-from math import cos, hypot, inf, sin
+from math import inf
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-import numpy
-from turtle_graph.client.geometry import Vector
-from turtle_graph.client.record import nanoseconds_of
+from turtle_graph.client.geometry import from_rpy, ORIGIN, Pose, Vector
+from turtle_graph.client.messages import nanoseconds_of, read_pose, read_vector
 from visualization_msgs.msg import Marker
-
-Quaternion = tuple[float, float, float, float]
-"""Rotation as a quaternion (x, y, z, w)."""
 
 Color = tuple[float, float, float, float]
 """Red, green, blue and opacity, each from 0 to 1."""
@@ -35,26 +31,6 @@ MARKER_KINDS = {Marker.CUBE: 'box', Marker.SPHERE: 'sphere', Marker.CYLINDER: 'c
 MARKER_TYPES = {getattr(Marker, name): name for name in (
     'ARROW', 'LINE_LIST', 'CUBE_LIST', 'SPHERE_LIST', 'POINTS', 'MESH_RESOURCE', 'TRIANGLE_LIST')}
 """Names of the marker types that cannot be drawn."""
-
-
-class Pose(NamedTuple):
-    """Position (m) and orientation (unit quaternion) of a frame in its parent frame."""
-
-    position: Vector
-    orientation: Quaternion
-
-    def transform(self, point: Vector) -> Vector:
-        """Transform a point (m) from this frame to the parent frame."""
-        *axis, w = self.orientation
-        half = numpy.cross(axis, point)
-        x, y, z = numpy.add(self.position, point) + 2.0 * (w * half + numpy.cross(axis, half))
-        return float(x), float(y), float(z)
-
-
-IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
-
-ORIGIN = Pose((0.0, 0.0, 0.0), IDENTITY)
-"""Pose at the origin of a frame, without rotation."""
 
 
 class Shape(NamedTuple):
@@ -121,15 +97,10 @@ def shape_of(message: Marker) -> Shape:
     if message.type not in MARKER_KINDS:
         name = MARKER_TYPES.get(message.type, 'unknown')
         raise ValueError(f'the page cannot draw markers of type {name}')
-    position, orientation = message.pose.position, message.pose.orientation
-    quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
-    # rviz2 also draws markers whose quaternion is zero.
-    length = hypot(*quaternion)
-    rotation = tuple(component / length for component in quaternion) if length else IDENTITY
-    pose = Pose((position.x, position.y, position.z), rotation)
-    size = (message.scale.x, message.scale.y, message.scale.z)
+    pose = read_pose(message.pose.position, message.pose.orientation)
+    size = read_vector(message.scale)
     color = (message.color.r, message.color.g, message.color.b, message.color.a)
-    points = tuple((point.x, point.y, point.z) for point in message.points)
+    points = tuple(map(read_vector, message.points))
     if not is_drawable(*size, *color, *chain(*pose), *chain(*points)):
         raise ValueError('it contains a number that is too large or not finite')
     return Shape(MARKER_KINDS[message.type], size, color, pose, message.text, points)
@@ -152,14 +123,6 @@ def robot_shapes(description: str) -> RobotShapes:
         raise ValueError(f'robot_description must have one root link, but has {roots}')
     kinds = {solid.tag for solid in robot.findall('link/visual/geometry/*')}
     return RobotShapes(roots[0], links, frozenset(kinds.difference(SOLIDS)))
-
-
-def from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the rotation by three angles (rad) about the fixed x, y and z axes (REP 103)."""
-    (cr, cp, cy), (sr, sp, sy) = (
-        [function(angle / 2.0) for angle in (roll, pitch, yaw)] for function in (cos, sin))
-    return (sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy)
 
 
 def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> tuple[Shape, ...]:

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy
 from turtle_graph.client.drops import DropWatch, LEVEL, says_unreachable, STILL, UNREACHABLE
 from turtle_graph.client.geometry import (angle_between, ARENA_SIZE, Array, CENTER,
-                                          distance_to_rectangle, inclination, Pose, pose)
+                                          distance_to_rectangle, inclination, Pose)
+from turtle_graph.client.messages import (nanoseconds_of, NS_PER_SECOND, read_pose, read_vector,
+                                          SECONDS_PER_NS)
 from turtle_graph.client.profiles import NUMBERS
-from turtle_graph.client.record import (nanoseconds_of, NS_PER_SECOND, ReceivedMarker, Record,
-                                        SECONDS_PER_NS)
+from turtle_graph.client.record import ReceivedMarker, Record
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.robot_rules import top_speed
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
@@ -80,9 +81,8 @@ def pose_of_marker(record: Record, received: ReceivedMarker, time: int) -> Pose:
     """Return a marker's world pose at a time (ns), or raise Failed if its frame is unknown."""
     name = received.marker.header.frame_id.lstrip('/')
     parent = require(record.pose(name, time), f'the frame {name!r} of a marker is unknown')
-    p, q = received.marker.pose.position, received.marker.pose.orientation
-    quaternion = (q.x, q.y, q.z, q.w) if q.x or q.y or q.z or q.w else (0.0, 0.0, 0.0, 1.0)
-    return parent.compose(pose((p.x, p.y, p.z), quaternion))
+    pose = received.marker.pose
+    return parent.compose(read_pose(pose.position, pose.orientation))
 
 
 def shown_markers(record: Record) -> list[ReceivedMarker]:
@@ -93,14 +93,14 @@ def shown_markers(record: Record) -> list[ReceivedMarker]:
 
 def box(marker: Any) -> Array:
     """Return the corners (m) of a box of a marker's size, in the marker's frame."""
-    return CORNERS * (marker.scale.x, marker.scale.y, marker.scale.z)
+    return CORNERS * read_vector(marker.scale)
 
 
 def parts(marker: Any) -> Array:
     """Return the corners (m) of each box, line or triangle of a marker, in the marker's frame."""
     if marker.type in (CUBE, CYLINDER):
         return box(marker)[None]
-    points = numpy.array([(point.x, point.y, point.z) for point in marker.points]).reshape(-1, 3)
+    points = numpy.array([read_vector(point) for point in marker.points]).reshape(-1, 3)
     if marker.type == CUBE_LIST:
         return points[:, None] + box(marker)
     if marker.type == LINE_STRIP:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy
-from turtle_graph.client.geometry import Array, Pose, pose, turn, UPRIGHT
+from turtle_graph.client.geometry import Array, from_rpy, ORIGIN, Pose, turn
 from turtle_graph.client.record import Record
 from turtle_graph.referee.rules.rule import Failed, require, require_clear
 
@@ -71,10 +71,10 @@ class RobotModel:
 
     def pose(self, link: str, positions: Mapping[str, float] = {}) -> Pose:
         """Return a link's pose in the root frame for given joint positions (rad, default 0)."""
-        result = pose((0.0, 0.0, 0.0))
+        result = ORIGIN
         for joint in self.joints_to(link):
             rotation = turn(joint.axis, positions.get(joint.name, 0.0))
-            result = result.compose(joint.origin).compose(Pose(numpy.zeros(3), rotation))
+            result = result.compose(joint.origin).compose(Pose(ORIGIN.position, rotation))
         return result
 
     def axis(self, joint: Joint, positions: Mapping[str, float] = {}) -> Array:
@@ -138,9 +138,8 @@ def _numbers(element: ElementTree.Element | None, attribute: str, default: str =
 def _origin(element: ElementTree.Element) -> Pose:
     """Return the origin of a joint or visual element. The rpy angles refer to fixed axes."""
     origin = element.find('origin')
-    roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0')
-    return Pose(_numbers(origin, 'xyz', '0 0 0'), turn(UPRIGHT[2], yaw) @ turn(
-        UPRIGHT[1], pitch) @ turn(UPRIGHT[0], roll))
+    x, y, z = _numbers(origin, 'xyz', '0 0 0')
+    return Pose((x, y, z), from_rpy(*_numbers(origin, 'rpy', '0 0 0')))
 
 
 def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:

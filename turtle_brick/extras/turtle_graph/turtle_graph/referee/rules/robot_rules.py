@@ -11,10 +11,11 @@ from statistics import median
 from typing import Any
 
 import numpy
-from turtle_graph.client.geometry import angle_between, Array, CENTER, inclination, pose
-from turtle_graph.client.record import (Drive, Frame, message_rate, nanoseconds_of, NS_PER_SECOND,
-                                        POSE_PERIOD_NS, Received, Record, Sample, SECONDS_PER_NS,
-                                        stamp_of)
+from turtle_graph.client.geometry import angle_between, Array, CENTER, inclination, Pose
+from turtle_graph.client.messages import (nanoseconds_of, NS_PER_SECOND, read_pose,
+                                          SECONDS_PER_NS)
+from turtle_graph.client.record import (Drive, Frame, message_rate, POSE_PERIOD_NS, Received,
+                                        Record, Sample, stamp_of)
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
                                              NEAR, number, Open, PHYSICS_RATE, Plot,
@@ -273,8 +274,8 @@ def odometry_equals_tf(record: Record) -> Finding:
         if frames != [record.actual('odom'), record.actual('base_link')]:
             raise Failed('odom contains the pose of {} in {}'.format(*(
                 repr(name) if name else 'a frame without a name' for name in frames[::-1])))
-        p, q = odometry.message.pose.pose.position, odometry.message.pose.pose.orientation
-        there, stamp = pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w)), stamp_of(odometry)
+        pose, stamp = odometry.message.pose.pose, stamp_of(odometry)
+        there = read_pose(pose.position, pose.orientation)
         first, last = numpy.searchsorted(stamps, (stamp - ODOM_DELAY_NS, stamp + ODOM_DELAY_NS))
         if first < last:
             off.append(min(numpy.hypot(*(places[first:last] - there.position[:2]).T)))
@@ -348,7 +349,7 @@ def platform_clears_the_base(record: Record) -> Finding:
     robot = model(record)
     base, platform = robot.solid('base_link', 'box'), robot.solid('platform', 'cylinder')
     hinge = robot.pose(robot.joint('platform').child).position
-    (radius, thickness), (x, y, z) = platform.size, platform.pose.position - hinge
+    (radius, thickness), (x, y, z) = platform.size, numpy.subtract(platform.pose.position, hinge)
     reach = hypot(radius + hypot(x, y), abs(z) + thickness / 2.0)
     top = base.pose.position[2] + base.size[2] / 2.0
     clearance = hinge[2] - top - reach
@@ -499,6 +500,11 @@ def angles_in(record: Record, joint: str, drive: Drive) -> list[tuple[int, float
     return angles
 
 
+def motion_between(start: Pose, end: Pose) -> Array:
+    """Return the horizontal motion (m) from one pose to another."""
+    return numpy.subtract(end.position[:2], start.position[:2])
+
+
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
     robot, configured = model(record), record.profile.numbers.get('wheel_radius')
@@ -511,7 +517,7 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
              for stamp, angle in thin(angles_in(record, joint.name, drive))
              if (base := record.pose('base_link', stamp)) is not None and stems]
     for (last_angle, last_base, _), (angle, base, steering) in pairwise(track):
-        motion = (base.position - last_base.position)[:2]
+        motion = motion_between(last_base, base)
         axis = base.axes @ robot.axis(joint, {stem: steering})
         turned = remainder(angle - last_angle, 2.0 * pi)  # The angle may be limited to one turn.
         driven += hypot(*motion)
@@ -561,7 +567,7 @@ def stem_turns_first(record: Record) -> Finding:
     joint, lead_times = model(record).joint('stem'), []
     for drive in drives(record):
         samples = frame(record, 'base_link').between(drive.begin, drive.end)
-        motions = [(sample.stamp, (sample.pose.position - samples[0].pose.position)[:2])
+        motions = [(sample.stamp, motion_between(samples[0].pose, sample.pose))
                    for sample in samples]
         far = [motion for _, motion in motions if hypot(*motion) > START_DISTANCE]
         if far:
@@ -593,7 +599,7 @@ def stem_points_along(record: Record) -> Finding:
     off = []
     for drive in drives(record):
         samples = frame(record, 'base_link').between(drive.begin, drive.end)
-        motions = [(b, (b.pose.position - a.pose.position)[:2])
+        motions = [(b, motion_between(a.pose, b.pose))
                    for a, b in zip(samples, samples[STRIDE:])]
         moving = [(sample, motion) for (_, before), (sample, motion), (_, after) in zip(
                       motions, motions[STRIDE:], motions[2 * STRIDE:])
