@@ -56,7 +56,8 @@ def test_material_colors_are_those_of_urdfdom():
         return (f'<visual><geometry><sphere radius="1"/></geometry><material {attributes}>'
                 f'<color rgba="0 0 {blue} 1"/></material></visual>')
 
-    robot = robot_shapes(f"""<robot name="r"><joint name="j"><child link="b"/></joint>
+    robot = robot_shapes(f"""<robot name="r">
+        <joint name="j"><parent link="a"/><child link="b"/></joint>
         <link name="a">{visual('name="x"', 0.1)}{visual('', 0.2)}{visual('name="x"', 0.3)}</link>
         <link name="b">{visual('name="x"', 0.4)}{visual('name="y"', 0.5)}</link>
         <material name="y"><color rgba="0 0 0.6 1"/></material></robot>""")
@@ -74,7 +75,8 @@ def test_visuals_without_a_material_name_have_the_color_of_the_first_visual():
         return f'<material name="{name}"><color rgba="0 0 {blue} 1"/></material>'
 
     robot = robot_shapes(f"""<robot name="r">
-        <joint name="j"><child link="b"/></joint><joint name="k"><child link="c"/></joint>
+        <joint name="j"><parent link="a"/><child link="b"/></joint>
+        <joint name="k"><parent link="a"/><child link="c"/></joint>
         {link('a', color('', 0.1), color('', 0.2), '', color('x', 0.3))}{link('b', color('', 0.4))}
         {link('c', '', color('y', 0.5))}</robot>""")
     assert [[shape.color[2] for shape in robot.links[name]] for name in 'abc'] == [
@@ -83,9 +85,10 @@ def test_visuals_without_a_material_name_have_the_color_of_the_first_visual():
 
 def test_invalid_robot_description_is_rejected():
     for before, after, reason in (
-            ('</robot>', '', 'is not valid XML'), ('radius="0.5"', 'radius="wide"', 'wide'),
+            ('</robot>', '', 'is not valid XML'),
+            ('radius="0.5"', 'radius="wide"', "radius of <sphere> is 'wide'"),
             ('rgba="1 0 0 1"', 'rgba="1 0 0"', "rgba of <color> is '1 0 0'"),
-            ('length="3"', 'length="nan"', "length of <cylinder> is 'nan'"),
+            ('length="3"', 'length="1e7"', 'contains a number that is too large'),
             ('<child link="bare"/>', '<child link="other"/>', 'must have one root link')):
         with pytest.raises(ValueError, match=reason):
             robot_shapes(SMALL.replace(before, after, 1))

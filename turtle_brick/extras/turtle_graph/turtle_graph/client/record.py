@@ -15,6 +15,7 @@ from turtle_graph.client.geometry import Array, interpolate, ORIGIN, Pose
 from turtle_graph.client.load import Window
 from turtle_graph.client.messages import nanoseconds_of, read_pose
 from turtle_graph.client.profiles import Profile
+from turtle_graph.client.urdf import read_urdf
 
 MAX_GAP_NS = 120_000_000
 """Maximum interval (ns) for interpolation between two transforms."""
@@ -264,12 +265,11 @@ class Record:
 
 @lru_cache
 def link_names(description: str) -> list[str]:
-    """Return the names of all links in a URDF, or none if it is not valid XML."""
+    """Return the names of all links in a URDF, or none if it is invalid."""
     try:
-        links = ElementTree.fromstring(description).findall('link')
+        return list(read_urdf(description).links)
     except (ElementTree.ParseError, ValueError):
         return []
-    return [link.get('name', '') for link in links]
 
 
 def stamp_of(received: Received) -> int:

@@ -2,14 +2,15 @@
 
 """Drawable shapes from the robot description and from markers. Lengths are in meters."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from xml.etree import ElementTree
 
-from turtle_graph.client.geometry import from_rpy, ORIGIN, Pose, Vector
+from turtle_graph.client.geometry import ORIGIN, Pose, Vector
 from turtle_graph.client.messages import nanoseconds_of, read_pose, read_vector
+from turtle_graph.client.urdf import read_urdf, Visual
 from visualization_msgs.msg import Marker
 
 Color = tuple[float, float, float, float]
@@ -109,23 +110,20 @@ def shape_of(message: Marker) -> Shape:
 def robot_shapes(description: str) -> RobotShapes:
     """Return the shapes in a robot description, or raise ValueError if the URDF is invalid."""
     try:
-        robot = ElementTree.fromstring(description)
+        robot = read_urdf(description)
     except ElementTree.ParseError as error:
         raise ValueError(f'robot_description is not valid XML: {error}') from None
-    # If several materials have the same name, urdfdom uses the first one.
-    materials = [*robot.findall('material'), *robot.findall('link/visual/material')]
-    colors = {material.get('name'): _numbers(color, 'rgba', 4) for material in reversed(materials)
-              if material.get('name') and (color := material.find('color')) is not None}
-    links = {link.get('name', ''): _link_shapes(link, colors) for link in robot.findall('link')}
-    children = {child.get('link') for child in robot.findall('joint/child')}
-    roots = [name for name in links if name not in children]
+    children = {joint.child for joint in robot.joints}
+    roots = [name for name in robot.links if name not in children]
     if len(roots) != 1:
         raise ValueError(f'robot_description must have one root link, but has {roots}')
-    kinds = {solid.tag for solid in robot.findall('link/visual/geometry/*')}
-    return RobotShapes(roots[0], links, frozenset(kinds.difference(SOLIDS)))
+    colors = {name: _color(rgba) for name, rgba in robot.colors.items()}
+    links = {name: _link_shapes(visuals, colors) for name, visuals in robot.links.items()}
+    kinds = {visual.kind for visuals in robot.links.values() for visual in visuals}
+    return RobotShapes(roots[0], links, frozenset(kinds.difference(SOLIDS, {''})))
 
 
-def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> tuple[Shape, ...]:
+def _link_shapes(visuals: Sequence[Visual], colors: Mapping[str, Color]) -> tuple[Shape, ...]:
     """
     Return the shapes of a link in the colors that urdfdom and rviz2 give them.
 
@@ -133,42 +131,32 @@ def _link_shapes(link: ElementTree.Element, colors: dict[str | None, Color]) -> 
     """
     shapes: list[Shape] = []
     first_color = None
-    for visual in link.findall('visual'):
-        material = visual.find('material')
-        name = '' if material is None else material.get('name')
+    for number, visual in enumerate(visuals):
+        name = visual.material
         if name is None:
             break  # urdfdom ignores the rest of a link after a material without a name.
         color = colors.get(name)
-        if visual is link.find('visual'):
-            own = visual.find('material/color')
-            first_color = color if name or own is None else _numbers(own, 'rgba', 4)
+        if number == 0:
+            first_color = color if name or not visual.color else _color(visual.color)
         color = (color or RED) if first_color and name else (first_color or RED)
-        shapes += [Shape(solid.tag, _size(solid), color, _origin(visual))
-                   for solid in visual.findall('geometry/*') if solid.tag in SOLIDS]
+        if visual.kind in SOLIDS:
+            shapes.append(Shape(visual.kind, _size(visual), color, visual.pose))
+    if not is_drawable(*chain(*(chain(shape.size, *shape.pose) for shape in shapes))):
+        raise ValueError('robot_description contains a number that is too large')
     return tuple(shapes)
 
 
-def _numbers(element: ElementTree.Element, attribute: str, count: int, default: str = ''
-             ) -> tuple[Any, ...]:
-    """Return the numbers in an XML attribute, or raise ValueError if the text is invalid."""
-    text = element.get(attribute, default)
-    numbers = tuple(map(float, text.split()))
-    if len(numbers) != count or not is_drawable(*numbers):
-        raise ValueError(f'{attribute} of <{element.tag}> is {text!r}')
-    return numbers
+def _color(rgba: Sequence[float]) -> Color:
+    if len(rgba) != 4 or not is_drawable(*rgba):
+        raise ValueError('rgba of <color> is ' + repr(' '.join(f'{value:g}' for value in rgba)))
+    red, green, blue, alpha = rgba
+    return red, green, blue, alpha
 
 
-def _size(solid: ElementTree.Element) -> Vector:
-    if solid.tag == 'box':
-        return _numbers(solid, 'size', 3)
-    radius, = _numbers(solid, 'radius', 1)
-    height, = _numbers(solid, 'length', 1) if solid.tag == 'cylinder' else (2.0 * radius,)
-    return (2.0 * radius, 2.0 * radius, height)
-
-
-def _origin(visual: ElementTree.Element) -> Pose:
-    origin = visual.find('origin')
-    if origin is None:
-        return ORIGIN
-    return Pose(_numbers(origin, 'xyz', 3, '0 0 0'),
-                from_rpy(*_numbers(origin, 'rpy', 3, '0 0 0')))
+def _size(visual: Visual) -> Vector:
+    """Return the extent (m) of a solid along its x, y and z axes."""
+    if visual.kind == 'box':
+        x, y, z = visual.size
+        return x, y, z
+    diameter = 2.0 * visual.size[0]
+    return diameter, diameter, visual.size[1] if visual.kind == 'cylinder' else diameter

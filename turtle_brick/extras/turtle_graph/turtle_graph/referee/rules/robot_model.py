@@ -1,44 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Read the URDF of a robot and compute the poses of its links."""
+"""Compute the poses of the links and visual elements in the URDF of a robot."""
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from math import hypot
-from typing import NamedTuple
 from xml.etree import ElementTree
 
-import numpy
-from turtle_graph.client.geometry import Array, from_rpy, ORIGIN, Pose, turn
+from turtle_graph.client.geometry import Array, ORIGIN, Pose, turn
 from turtle_graph.client.record import Record
+from turtle_graph.client.urdf import Joint, read_urdf, Visual
 from turtle_graph.referee.rules.rule import Failed, require, require_clear
-
-SIZES = {'box': ('size',), 'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
-"""URDF attributes that define the size of each kind of geometry."""
-
-
-class Solid(NamedTuple):
-    """A visual element of a link."""
-
-    kind: str  # 'box', 'cylinder' (along z), 'sphere', or another geometry tag.
-    size: tuple[float, ...]  # Values (m) of the attributes in SIZES.
-    color: tuple[float, ...]  # Values of the `rgba` attribute.
-    pose: Pose  # In the frame of the link, or in the root frame if solids() returned it.
-
-
-class Joint(NamedTuple):
-    """A joint in a URDF."""
-
-    name: str
-    kind: str
-    parent: str
-    child: str
-    origin: Pose
-    axis: Array  # Unit vector of the joint axis in the joint frame.
-
-    @property
-    def movable(self) -> bool:
-        """Return whether the joint can rotate."""
-        return self.kind in ('revolute', 'continuous')
 
 
 class RobotModel:
@@ -46,19 +16,16 @@ class RobotModel:
 
     def __init__(self, description: str, names: Iterable[tuple[str, str]] = ()) -> None:
         """Parse a URDF and give its links standard names, or raise Failed if it is invalid."""
-        standard_names = {name: standard for standard, name in names}
+        standard = {name: standard for standard, name in names}
         try:
-            robot = ElementTree.fromstring(description)
-            for tag, key in (('link', 'name'), ('parent', 'link'), ('child', 'link')):
-                for element in robot.iter(tag):
-                    name = element.get(key, '')
-                    element.set(key, standard_names.get(name, name))
-            self.links = {
-                link.get('name', ''): [_solid(visual, robot) for visual in link.findall('visual')]
-                for link in robot.findall('link')}
-            self.joints = [_joint(element) for element in robot.findall('joint')]
+            robot = read_urdf(description)
         except (ElementTree.ParseError, ValueError) as error:
             raise Failed(f'the robot_description is invalid: {error}') from None
+        self.links = {standard.get(link, link): visuals for link, visuals in robot.links.items()}
+        self.joints = [joint._replace(parent=standard.get(joint.parent, joint.parent),
+                                      child=standard.get(joint.child, joint.child))
+                       for joint in robot.joints]
+        self._colors = robot.colors
         self._joint_above = {joint.child: joint for joint in self.joints}
 
     def joints_to(self, link: str) -> list[Joint]:
@@ -89,19 +56,23 @@ class RobotModel:
                       and joint.kind == 'fixed' and joint.child not in names]
         return names
 
-    def solids(self, link: str) -> list[Solid]:
+    def solids(self, link: str) -> list[Visual]:
         """Return the visual elements of a link and of the links fixed to it, in the root frame."""
         return [solid._replace(pose=self.pose(name).compose(solid.pose))
                 for name in self.body(link) for solid in self.links.get(name, ())]
 
-    def solid(self, link: str, *kinds: str) -> Solid:
+    def solid(self, link: str, *kinds: str) -> Visual:
         """Return the first of solids() that has a given kind, or raise Failed if none has."""
         for solid in self.solids(link):
             if solid.kind in kinds:
                 return solid
         raise Failed(f'{link} has no {" or ".join(kinds)}')
 
-    def wheel(self) -> Solid:
+    def color(self, visual: Visual) -> tuple[float, ...]:
+        """Return the `rgba` values of a visual element, or () if it has no color."""
+        return visual.color or self._colors.get(visual.material or '', ())
+
+    def wheel(self) -> Visual:
         """Return the wheel, whose first size is its radius, or raise Failed if there is none."""
         return self.solid('wheel', 'cylinder', 'sphere')
 
@@ -128,35 +99,3 @@ def model(record: Record) -> RobotModel:
 
 
 _parse = lru_cache(4)(RobotModel)  # Many rules use the same robot_description.
-
-
-def _numbers(element: ElementTree.Element | None, attribute: str, default: str = '') -> Array:
-    text = default if element is None else element.get(attribute, default)
-    return numpy.array(text.split(), float)
-
-
-def _origin(element: ElementTree.Element) -> Pose:
-    """Return the origin of a joint or visual element. The rpy angles refer to fixed axes."""
-    origin = element.find('origin')
-    x, y, z = _numbers(origin, 'xyz', '0 0 0')
-    return Pose((x, y, z), from_rpy(*_numbers(origin, 'rpy', '0 0 0')))
-
-
-def _solid(visual: ElementTree.Element, robot: ElementTree.Element) -> Solid:
-    element, material = visual.find('geometry/*'), visual.find('material')
-    kind = '' if element is None else element.tag
-    size = tuple(number for name in SIZES.get(kind, ()) for number in _numbers(element, name))
-    name = None if material is None else material.get('name')
-    colors = [*visual.iterfind('material/color'), *(
-        color for one in robot.findall('material') if one.get('name') == name for color in one)]
-    color = tuple(map(float, colors[0].get('rgba', '').split())) if colors else ()
-    return Solid(kind, size, color, _origin(visual))
-
-
-def _joint(element: ElementTree.Element) -> Joint:
-    parent, child = (element.find(role) for role in ('parent', 'child'))
-    if parent is None or child is None:
-        raise ValueError(f'the joint {element.get("name")} does not connect two links')
-    axis = _numbers(element.find('axis'), 'xyz', '1 0 0')
-    return Joint(element.get('name', ''), element.get('type', ''), parent.get('link', ''),
-                 child.get('link', ''), _origin(element), axis / (hypot(*axis) or 1.0))

@@ -404,7 +404,7 @@ def links_differ_in_color(record: Record) -> Finding:
     links = {'base_link', 'platform', 'stem', 'wheel',
              *(joint.child for joint in robot.joints_to('platform') if not joint.movable)}
     shown = {next(filter(robot.links.get, robot.body(link)), link) for link in links}
-    colors = [robot.links[link][0].color for link in shown if robot.links.get(link)]
+    colors = [robot.color(robot.links[link][0]) for link in shown if robot.links.get(link)]
     return Finding(len(set(colors)) == len(colors) >= 4,
                    f'{len(set(colors))} colors for {len(colors)} links')
 
