@@ -125,16 +125,16 @@ def walls(record: Record) -> list[tuple[ReceivedMarker, Array, Array]]:
 def joined(pieces: list[tuple[ReceivedMarker, Array, Array]], along: int
            ) -> list[tuple[ReceivedMarker, Array, Array]]:
     """Join the pieces that stand end to end along an axis (x: 0, y: 1), and return the walls."""
-    found: list[tuple[ReceivedMarker, Array, Array]] = []
+    lines: list[tuple[ReceivedMarker, Array, Array]] = []
     for received, low, high in sorted(pieces, key=lambda piece: piece[1][along]):
-        for index, (first, start, end) in enumerate(found):
+        for index, (first, start, end) in enumerate(lines):
             if low[along] <= end[along] + NEAR and max(
                     abs(low - start)[1 - along], abs(high - end)[1 - along]) <= NEAR:
-                found[index] = first, numpy.minimum(start, low), numpy.maximum(end, high)
+                lines[index] = first, numpy.minimum(start, low), numpy.maximum(end, high)
                 break
         else:
-            found.append((received, low, high))
-    return [(first, low, high) for first, low, high in found
+            lines.append((received, low, high))
+    return [(first, low, high) for first, low, high in lines
             if (high - low)[along] >= MIN_WALL_LENGTH
             and (high - low)[1 - along] <= MAX_WALL_RATIO * (high - low)[along]]
 
@@ -153,11 +153,11 @@ def walls_are_at_the_edges(record: Record) -> Finding:
         heights.append(middle[2])
     if not all(sides):
         raise Failed('some sides have no wall')
-    found = [end(side) for side in sides for end in (min, max)]
+    edges = [end(side) for side in sides for end in (min, max)]
     off = largest(abs(place - edge) - half_width
-                  for (place, half_width), edge in zip(found, (0.0, ARENA_SIZE) * 2))
+                  for (place, half_width), edge in zip(edges, (0.0, ARENA_SIZE) * 2))
     met = off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE and min(heights) >= 0.0
-    places = [place for place, _ in found]
+    places = [place for place, _ in edges]
     return Finding(met, 'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*places)
                    + f', {largest(ends):.2f} m beyond the corners, center at a height of at least '
                    f'{min(heights):.2f} m')
@@ -172,8 +172,8 @@ def brick_markers(record: Record) -> list[ReceivedMarker]:
             markers.setdefault((received.topic, marker.ns, marker.id), []).append(received)
     groups = [group for group in markers.values() if moves_with_brick(record, group)] or [
         group for group in markers.values() if is_called_brick(*group[-1])]
-    found = sorted((received for group in groups for received in group), key=itemgetter(0))
-    return require(found or None, 'there is no marker of the brick')
+    sequence = sorted((received for group in groups for received in group), key=itemgetter(0))
+    return require(sequence or None, 'there is no marker of the brick')
 
 
 def is_called_brick(_: int, topic: str, marker: Any) -> bool:
@@ -199,17 +199,17 @@ def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
 
 def brick_corners(record: Record) -> Array:
     """Return the usual corners (m) of the brick's box in the brick's frame, or raise Open."""
-    found, (_, idle) = [], record.trial_spans()[0]
+    corners, (_, idle) = [], record.trial_spans()[0]
     with suppress(Failed):
-        boxes = [one for one in brick_markers(record) if one.marker.type == CUBE]
+        boxes = [received for received in brick_markers(record) if received.marker.type == CUBE]
         # A latched marker in the frame of the brick may be older than all transforms.
-        for received in [*thin(boxes), *(one._replace(published=idle) for one in boxes[-1:])]:
+        for received in [*thin(boxes), *(last._replace(published=idle) for last in boxes[-1:])]:
             brick = record.pose('brick', received.published)
             if brick is not None:
-                found.append(brick.locate(pose_of_marker(
+                corners.append(brick.locate(pose_of_marker(
                     record, received, received.published).transform(box(received.marker))))
     return numpy.median(require_data(
-        found, 'the size of the brick is unknown because it has no box marker'), axis=0)
+        corners, 'the size of the brick is unknown because it has no box marker'), axis=0)
 
 
 def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
@@ -249,7 +249,7 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
                 and dist(later.position, brick.position) <= STILL):
             center = pose_of_marker(record, before[-1], time)
             base = (*center.position[:2], min(center.transform(box(before[-1].marker))[:, 2]))
-            off.append(min(dist(one, brick.position) for one in (center.position, base)))
+            off.append(min(dist(point, brick.position) for point in (center.position, base)))
     return within(NEAR, off, 'the brick was never at rest after it was placed')
 
 
@@ -365,7 +365,7 @@ class MeasuredFall(NamedTuple):
 
 def falls(record: Record) -> list[MeasuredFall]:
     """Return all falls with at least ten recorded transforms, or raise Open if there are none."""
-    found = []
+    fitted = []
     for drop in dropped(record):
         released = drop.released or 0
         track = [(stamp, brick.position) for stamp, brick in record.brick_track(
@@ -385,9 +385,9 @@ def falls(record: Record) -> list[MeasuredFall]:
         begin, acceleration, off = fit_fall(times, depths, STEP)
         steps = STEP * numpy.arange(len(depths), dtype=float)
         _, per_step, off_steps = fit_fall(steps, depths, 0.0)
-        found.append(MeasuredFall(drop, begin, times - begin, depths, acceleration, per_step,
-                                  min(off, off_steps), aside))
-    return require_data(found, 'no fall was long enough')
+        fitted.append(MeasuredFall(drop, begin, times - begin, depths, acceleration, per_step,
+                                   min(off, off_steps), aside))
+    return require_data(fitted, 'no fall was long enough')
 
 
 def fit_fall(times: Array, depths: Array, late: float) -> tuple[float, float, float]:
@@ -408,12 +408,12 @@ def fit_fall(times: Array, depths: Array, late: float) -> tuple[float, float, fl
       f'gravity_accel ± {RATE_TOLERANCE:.0%}, by timestamps or by steps', ['fall: course'],
       needs_calm=True)
 def falls_have_the_acceleration(record: Record) -> Finding:
-    gravity, found = number(record, 'gravity_accel'), falls(record)
+    gravity, fitted = number(record, 'gravity_accel'), falls(record)
     # If a timer skips or delays steps, their timestamps show another acceleration.
-    values = [min(fall.acceleration, fall.per_step, key=lambda one: abs(one - gravity))
-              for fall in found]
+    values = [min(fall.acceleration, fall.per_step, key=lambda value: abs(value - gravity))
+              for fall in fitted]
     off = median_high(abs(value - gravity) for value in values)
-    longest = max(found, key=lambda fall: fall.times[-1])
+    longest = max(fitted, key=lambda fall: fall.times[-1])
     times = numpy.linspace(0.0, longest.times[-1], 50)
     text = f'{min(values):.3f} to {max(values):.3f} m/s^2 in {len(values)} falls (configured '
     return Finding(off <= RATE_TOLERANCE * gravity, f'{text}{gravity:g})', Plot(
@@ -425,12 +425,12 @@ def falls_have_the_acceleration(record: Record) -> Finding:
       f'within {FALL_DEVIATION} m of a fall from rest at each timestamp ± {STEP} s, straight down',
       ['frames: broadcasters', 'place', 'drop'], needs_calm=True)
 def falls_are_parabolas(record: Record) -> Finding:
-    found = falls(record)
-    off = largest(fall.off for fall in found)
-    aside = largest(fall.aside.max() for fall in found)
+    fitted = falls(record)
+    off = largest(fall.off for fall in fitted)
+    aside = largest(fall.aside.max() for fall in fitted)
     return Finding(off <= FALL_DEVIATION and aside <= NEAR,
                    f'at most {off:.4f} m off along the fall and {aside:.4f} m aside, in '
-                   f'{len(found)} falls')
+                   f'{len(fitted)} falls')
 
 
 def judge_landing(record: Record, caught: bool) -> Finding:
@@ -543,12 +543,13 @@ def compare_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]],
     """
     steepest = max((platforms[0] for _, _, platforms in track), key=inclination)
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
-    measured = numpy.array([[one.locate(brick.position)[:2] @ downhill for one in platforms]
-                            for _, brick, platforms in track])
+    measured = numpy.array([[
+        platform.locate(brick.position)[:2] @ downhill for platform in platforms]
+        for _, brick, platforms in track])
     stamps = numpy.array([stamp for stamp, _, _ in track])
     tilted, angles = (numpy.array(values) for values in zip(*tilts))
     times = (stamps - stamps[0]) * SECONDS_PER_NS
-    steps, found = numpy.diff(times, prepend=times[0]), []
+    steps, fits = numpy.diff(times, prepend=times[0]), []
     places = measured[:, LAGS.index(0)]
     for delay in DELAYS:
         latest = numpy.maximum(numpy.searchsorted(tilted, stamps - delay, 'right') - 1, 0)
@@ -558,16 +559,16 @@ def compare_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]],
         fitted = places[0] + ratio * computed
         # Each position of the brick may be relative to any of the poses of the platform.
         off = float(numpy.abs(measured - fitted[:, None]).min(axis=1).max())
-        found.append((off, ratio, Plot('Slide', 'time (s)', 'distance down the slope (m)',
-                                       (times, places), (times, places[0] + computed))))
-    return min(found, key=itemgetter(0))
+        fits.append((off, ratio, Plot('Slide', 'time (s)', 'distance down the slope (m)',
+                                      (times, places), (times, places[0] + computed))))
+    return min(fits, key=itemgetter(0))
 
 
 @rule('slide: law', 'it should slide off the platform (friction-less, but in gravity)',
       f'g sin(angle) ± {SLIDE_TOLERANCE:.0%} down the slope, within {SLIDE_DEVIATION} m',
       ['brick: rides'], needs_calm=True)
 def slides_are_frictionless(record: Record) -> Finding:
-    gravity, found = number(record, 'gravity_accel'), []
+    gravity, slides = number(record, 'gravity_accel'), []
     drops, joint = catches(record), model(record).joint('platform')
     for drop in drops:
         if drop.tilted is not None:
@@ -578,12 +579,12 @@ def slides_are_frictionless(record: Record) -> Finding:
                      if len(platforms := close_platforms(record, stamp)) == len(LAGS)]
             tilts = record.joint(joint.name, drop.tilted - NS_PER_SECOND, end)
             if track and tilts:  # On a busy machine, the poses may be unknown.
-                found.append(compare_slide(gravity, track, tilts))
-    off, ratios, plots = zip(*require_data(found, 'no tilted brick was observed'))
+                slides.append(compare_slide(gravity, track, tilts))
+    off, ratios, plots = zip(*require_data(slides, 'no tilted brick was observed'))
     met = largest(off) <= SLIDE_DEVIATION and largest(
         abs(ratio - 1.0) for ratio in ratios) <= SLIDE_TOLERANCE
     return Finding(met, f'{min(ratios):.2f} to {max(ratios):.2f} of g sin(angle), at most '
-                   f'{largest(off):.4f} m off in {len(found)} slides', plots[0])
+                   f'{largest(off):.4f} m off in {len(slides)} slides', plots[0])
 
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
@@ -613,7 +614,7 @@ def slides_end_at_the_edge(record: Record) -> Finding:
     require_data(clearances, 'no brick has slid off')
     return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
                    and largest(heights) <= SLIDE_DEVIATION,
-                   ', '.join(f'{one:+.3f}' for one in clearances)
+                   ', '.join(f'{clearance:+.3f}' for clearance in clearances)
                    + f' m from the platform to the brick, {largest(heights):.3f} m off the plane')
 
 
@@ -685,8 +686,8 @@ def texts(record: Record) -> list[ReceivedMarker]:
       ['verdict: out of reach'])
 def text_is_a_text(record: Record) -> Finding:
     published = {(received.marker.text, received.marker.type) for received in texts(record)}
-    found = ', '.join(f'{text!r} of type {kind}' for text, kind in sorted(published))
-    return Finding(published == {(UNREACHABLE, TEXT)}, found)
+    measured = ', '.join(f'{text!r} of type {kind}' for text, kind in sorted(published))
+    return Finding(published == {(UNREACHABLE, TEXT)}, measured)
 
 
 def visible_until(record: Record, text: ReceivedMarker) -> float:

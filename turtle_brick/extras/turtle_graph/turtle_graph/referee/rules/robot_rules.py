@@ -84,11 +84,11 @@ def drives(record: Record) -> list[Drive]:
       'every frame is a descendant of world', ['frames: odom', 'frames: brick', 'frames: robot'])
 def all_below_world(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
-    found = from_faults([f'{name} is not below world' for name in record.frames
-                         if record.ancestors(name)[-1] != record.actual('world')],
-                        len(record.frames), 'frames')
-    require(found.met or None, found.measured)  # No node broadcasts the missing connection.
-    return found
+    finding = from_faults([f'{name} is not below world' for name in record.frames
+                           if record.ancestors(name)[-1] != record.actual('world')],
+                          len(record.frames), 'frames')
+    require(finding.met or None, finding.measured)  # No node broadcasts the missing connection.
+    return finding
 
 
 @rule('frames: odom', 'odom … a fixed offset from world … the initial location of the turtle',
@@ -114,7 +114,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
         poses = record.messages('pose', end - 150_000_000, end)
         base = record.pose('base_link', end - 20_000_000)
         if poses and base and dist(*(
-                (one.message.x, one.message.y) for one in (poses[0], poses[-1]))) <= EXACT:
+                (pose.message.x, pose.message.y) for pose in (poses[0], poses[-1]))) <= EXACT:
             off.append(dist(base.position[:2], (poses[-1].message.x, poses[-1].message.y)))
     return within(NEAR, off, 'the turtle was not observed at rest')
 
@@ -123,19 +123,19 @@ def base_link_is_the_turtle(record: Record) -> Finding:
       'every link of the URDF is a frame below base_link, and the wheel is on the ground')
 def links_are_frames(record: Record) -> Finding:
     robot = model(record)
-    found = from_faults([f'{link} is not in TF' for link in robot.links if link != 'base_link'
-                         and record.actual('base_link') not in record.ancestors(link)],
-                        len(robot.links), 'links')
-    require(found.met or None, found.measured)
+    finding = from_faults([f'{link} is not in TF' for link in robot.links if link != 'base_link'
+                           and record.actual('base_link') not in record.ancestors(link)],
+                          len(robot.links), 'links')
+    require(finding.met or None, finding.measured)
     radius = record.profile.numbers.get('wheel_radius')
     wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
     if wheel is None or radius is None:
-        return found
+        return finding
     zero, solids = robot.pose('wheel'), robot.solids('wheel')
     center = wheel.transform(zero.locate(solids[0].pose.position if solids else zero.position))
     height = center[2] - radius
     return Finding(abs(height) <= NEAR,
-                   f'{found.measured}, the wheel is {height:.3f} m above the ground')
+                   f'{finding.measured}, the wheel is {height:.3f} m above the ground')
 
 
 @rule('frames: brick', 'brick. This frame is the location of the brick',
@@ -152,7 +152,7 @@ def one_broadcaster(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
     require_clear(record, *(f'frame {name}' for name in record.frames))
     return from_faults([f'{name} has several broadcasters'
-                        for name, found in record.frames.items() if found.broadcasters > 1],
+                        for name, frame in record.frames.items() if frame.broadcasters > 1],
                        len(record.frames), 'frames')
 
 
@@ -160,7 +160,7 @@ def one_broadcaster(record: Record) -> Finding:
       'the timestamps of transforms, odom and joint_states are the current time')
 def timestamps_are_current(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
-    wrong = [*(name for name, found in record.frames.items() if found.wrong_stamps),
+    wrong = [*(name for name, frame in record.frames.items() if frame.wrong_stamps),
              *(f'messages on {record.profile.topics[name]}' for name in ('odom', 'joint_states')
                if any(stamp_of(received) != nanoseconds_of(received.message.header.stamp)
                       for received in record.topics[name]))]
@@ -191,7 +191,7 @@ def pooled_rate(spans: list[list[float]]) -> float:
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Compare the rate of a topic or frame with a nominal rate (Hz) at rest and in all drives."""
     require_data(record.idle, 'the graph was not observed')
-    found: dict[str, list[list[float]]] = {'at rest': [], 'driving': []}
+    times_of: dict[str, list[list[float]]] = {'at rest': [], 'driving': []}
     spans = [('driving', drive.begin, drive.end) for drive in record.drives]
     for label, begin, end in (*(('at rest', *span) for span in record.idle), *spans):
         if name in record.topics:
@@ -201,17 +201,17 @@ def judge_rate(record: Record, name: str, nominal: float) -> Finding:
                 continue  # The requirement "cmd_vel: at rest" judges missing commands.
         else:
             stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
-        found[label].append([stamp * SECONDS_PER_NS for stamp in stamps])
-    rates = {label: pooled_rate(times) for label, times in found.items() if times}
+        times_of[label].append([stamp * SECONDS_PER_NS for stamp in stamps])
+    rates = {label: pooled_rate(times) for label, times in times_of.items() if times}
     text = ', '.join(f'{rate:.2f} Hz {label}' for label, rate in rates.items())
     ending = f'/{record.profile.topics.get(name, name)}'
-    for nodes in (found for topic, found in record.publishers.items() if topic.endswith(ending)):
+    for nodes in (nodes for topic, nodes in record.publishers.items() if topic.endswith(ending)):
         text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
     met = all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates.values())
     if name == 'brick' and not met and max(rates.values()) <= nominal * (1.0 + RATE_TOLERANCE):
         raise Open(f'{text}; the physics may run at {nominal:g} Hz, but the brick is not '
                    'broadcast in every step')
-    single = [message_rate(times) for times in sum(found.values(), [])]
+    single = [message_rate(times) for times in sum(times_of.values(), [])]
     if not met and len(single) >= MIN_STEADY and max(single) - min(single) <= STEADY * nominal:
         raise Failed(text)  # The load would not reduce all rates equally.
     return Finding(met, text)
@@ -234,7 +234,7 @@ def velocity(message: Any) -> tuple[float, float, float]:
 
 def top_speed(record: Record) -> float:
     """Return the maximum speed (m/s) in all commands."""
-    return largest(hypot(*velocity(one.message)[:2]) for one in record.topics['cmd_vel'])
+    return largest(hypot(*velocity(command.message)[:2]) for command in record.topics['cmd_vel'])
 
 
 def step_length(record: Record) -> float:
@@ -267,8 +267,8 @@ def odometry_equals_tf(record: Record) -> Finding:
     # Between two transforms, the robot may have moved for one step of turtlesim.
     allowed = step_length(record) + EXACT
     messages(record, 'odom')
-    for odometry in (one for begin, end in record.trial_spans()
-                     for one in record.messages('odom', begin, end)):
+    for odometry in (received for begin, end in record.trial_spans()
+                     for received in record.messages('odom', begin, end)):
         frames = [name.removeprefix('/') for name in (
             odometry.message.header.frame_id, odometry.message.child_frame_id)]
         if frames != [record.actual('odom'), record.actual('base_link')]:
@@ -489,7 +489,7 @@ def speed_is_limited(record: Record) -> Finding:
 def nearest(values: list[tuple[int, float]], stamp: int) -> float:
     """Return the value whose timestamp (ns) is closest to a given time (ns)."""
     index = bisect_left(values, stamp, key=itemgetter(0))
-    return min(values[max(index - 1, 0):index + 1], key=lambda one: abs(one[0] - stamp))[1]
+    return min(values[max(index - 1, 0):index + 1], key=lambda value: abs(value[0] - stamp))[1]
 
 
 def angles_in(record: Record, joint: str, drive: Drive) -> list[tuple[int, float]]:
@@ -543,7 +543,7 @@ def wheel_does_not_slip(record: Record) -> Finding:
     # Each command begins at a step of turtlesim, so the distances of a drive may differ by a step.
     met = abs(sum(rolled) - sum(driven)) <= MAX_SLIP * sum(driven) + NEAR and all(
         abs(b - a) <= MAX_SLIP * a + NEAR + step_length(record) for a, b in zip(driven, rolled))
-    backward = sum(one < 0.0 for one in rolled)
+    backward = sum(distance < 0.0 for distance in rolled)
     text = (f'rolled {sum(map(abs, rolled)):.3f} m, driven {sum(driven):.3f} m in {len(driven)} '
             'drives' + (f', and backward in {backward} of them' if backward else ''))
     if len(rolled) > 1 and max(rolled) <= 0.0:
