@@ -29,3 +29,11 @@ def test_first_line_of_each_file_names_the_license():
     texts = {file: file.read_text() for file in EXTRAS.rglob('*.py')}
     assert any(texts.values())
     assert [file for file, text in texts.items() if text and not text.startswith(LICENSE)] == []
+
+
+@pytest.mark.linter
+def test_names_of_test_files_are_unique():
+    """The real launch_testing imports each file at the top level."""
+    names = [file.name for folder in (EXTRAS, EXTRAS.parent / 'test')
+             for file in folder.rglob('test_*.py')]
+    assert sorted(names) == sorted(set(names))
