@@ -174,6 +174,8 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
             times = [reaction_times(client.record, drop.begin - LEAD_TIME_NS, drop.end)
                      for drop in drops]
     found['latency'] = [delays for delays in times if delays is not None]
+    if not found['latency']:
+        raise ValueError(f'the robot responded to none of the {drop_count} drops')
     found['outcomes'] = Counter(map(outcome, drops))
     return found
 
