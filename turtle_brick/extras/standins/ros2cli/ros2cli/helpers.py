@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Types of command-line arguments."""
+"""Functions for the arguments and the output of several verbs."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 import sys
 from typing import Any, NoReturn
 
@@ -28,3 +28,13 @@ class Unsupported(argparse.Action):
 def complete_with(argument: argparse.Action, completer: Callable[..., list[str]]) -> None:
     """Set the function that returns the completions of an argument after the Tab key."""
     setattr(argument, 'completer', completer)
+
+
+def print_names(found: Mapping[str, Sequence[str]], only_count: bool,
+                show_types: bool = False) -> None:
+    """Print the number of entities, or the name of each one and optionally its types."""
+    if only_count:
+        print(len(found))
+        return
+    for name, types in found.items():
+        print(f'{name} [{", ".join(types)}]' if show_types else name)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 
 from ros2action.api import action_types
+from ros2cli.helpers import print_names
 from ros2cli.node import direct
 from ros2cli.verb import VerbExtension
 
@@ -24,8 +25,4 @@ class ListVerb(VerbExtension):
     def main(self, *, args: argparse.Namespace) -> None:
         with direct.open_graph() as graph:
             found = action_types(graph)
-        if args.count:
-            print(len(found))
-            return
-        for name, types in found.items():
-            print(f'{name} [{", ".join(types)}]' if args.show_types else name)
+        print_names(found, args.count, args.show_types)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 
+from ros2cli.helpers import print_names
 from ros2cli.node import direct, strategy
 from ros2cli.verb import VerbExtension
 
@@ -27,8 +28,4 @@ class ListVerb(VerbExtension):
     def main(self, *, args: argparse.Namespace) -> None:
         with direct.open_graph() as graph:
             found = graph.service_types(args.hidden)
-        if args.count:
-            print(len(found))
-            return
-        for name, types in found.items():
-            print(f'{name} [{", ".join(types)}]' if args.show_types else name)
+        print_names(found, args.count, args.show_types)

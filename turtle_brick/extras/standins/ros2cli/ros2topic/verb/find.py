@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import argparse
 
-from ros2cli.helpers import complete_with
+from ros2cli.helpers import complete_with, print_names
 from ros2cli.node import direct, strategy
 from ros2cli.verb import VerbExtension
 from ros2interface.api import complete_interface
@@ -29,10 +29,6 @@ class FindVerb(VerbExtension):
 
     def main(self, *, args: argparse.Namespace) -> None:
         with direct.open_graph() as graph:
-            found = [name for name, types in graph.topic_types(args.hidden).items()
-                     if args.type in types]
-        if args.count:
-            print(len(found))
-            return
-        for name in found:
-            print(name)
+            found = {name: types for name, types in graph.topic_types(args.hidden).items()
+                     if args.type in types}
+        print_names(found, args.count)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 
+from ros2cli.helpers import print_names
 from ros2cli.node import direct, strategy
 from ros2cli.verb import VerbExtension
 
@@ -35,11 +36,7 @@ class ListVerb(VerbExtension):
                 self._print_details(found, 'Published', 'publisher', graph.count_publishers)
                 self._print_details(found, 'Subscribed', 'subscriber', graph.count_subscribers)
                 return
-        if args.count:
-            print(len(found))
-            return
-        for name, types in found.items():
-            print(f'{name} [{", ".join(types)}]' if args.show_types else name)
+        print_names(found, args.count, args.show_types)
 
     def _print_details(self, topics: dict[str, list[str]], heading: str, end: str,
                        count_ends: Callable[[str], int]) -> None:
