@@ -10,6 +10,7 @@ from live_graph import add_nodes, LiveGraph, observe, results, TIMEOUT
 from nav_msgs.srv import GetPlan
 import pytest
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty
 from turtle_brick.core.parameters import default_path
 from turtle_brick_tools.graph import Graph
@@ -51,8 +52,9 @@ class Unusual(Node):
         self.received = []
         for name, kind in (('arena/place_brick', GetPlan), ('arena/drop', TeleportRelative)):
             self.create_service(kind, name, self.on_request)
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         for name, kind in (('goal', Point), ('tilt_it', Empty)):
-            self.create_subscription(kind, name, self.received.append, 1)
+            self.create_subscription(kind, name, self.received.append, latched)
 
     def on_request(self, request, response):
         self.received.append(request)

@@ -273,8 +273,10 @@ class Observer(Node):
         if topic not in self._publishers_by_topic:
             try:
                 for info in self._others(self.get_subscriptions_info_by_topic(topic))[:1]:
+                    # A subscription that requires latched messages receives no others.
+                    qos = QoSProfile(depth=10, durability=info.qos_profile.durability)
                     self._publishers_by_topic[topic] = self.create_publisher(
-                        load_type(info.topic_type), topic, 10)
+                        load_type(info.topic_type), topic, qos)
             except LookupError as error:
                 self.record.unclear[name] = str(error)
         return self._publishers_by_topic.get(topic)
