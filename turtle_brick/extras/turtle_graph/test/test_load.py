@@ -2,10 +2,13 @@
 """Test how the load of the machine is measured."""
 
 import os
+import sys
 
 import pytest
 from turtle_graph.client import load
 from turtle_graph.client.load import LoadMeter
+from turtle_graph.client.processes import Process
+from turtle_graph.referee.referee import graph_processes
 
 MILLISECOND = 1_000_000
 
@@ -38,3 +41,12 @@ def test_threads_and_processors_are_measured():
     end = load.thread_times([os.getpid()])
     assert max(end[thread][0] - begin[thread][0] for thread in begin if thread in end) > 0.02
     assert load.used_time() > busy
+
+
+def test_rviz2_is_not_a_part_of_the_graph():
+    wait = 'print("ready", flush=True); input()'
+    start = f'from subprocess import *; Popen([{sys.executable!r}, "-c", {wait!r}, "/bin/rviz2"], '
+    with Process([sys.executable, '-c', f'{start}stdin=PIPE).wait()']) as launched:
+        launched.wait_for_output('ready', 10.0)
+        assert len(launched.family()) == 2
+        assert graph_processes(launched) == [launched.pid]

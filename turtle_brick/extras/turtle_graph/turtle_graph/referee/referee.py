@@ -3,7 +3,7 @@
 
 import argparse
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 import gc
 import os
@@ -13,6 +13,7 @@ import signal
 import sys
 from time import monotonic, strftime
 
+import psutil
 from turtle_graph.client.domains import reserved_domain, restrict_to_localhost
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.processes import (crashes, explain_missing, launch_error,
@@ -51,7 +52,7 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             listener=sys.stderr.write if options.verbose else None)) if command else None
         make_observer = partial(Observer, profile=profile)
         if process is not None:
-            make_observer.keywords['processes'] = lambda: [one.pid for one in process.family()]
+            make_observer.keywords['processes'] = partial(graph_processes, process)
 
         def run_trial(namespace: str) -> Observer:
             spinner = stack.enter_context(NodeSpinner(make_observer, namespace=namespace))
@@ -81,6 +82,16 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             observer.record.note(f'{name} is unclear: {reason}')
         log('stopping')
         return observer.record
+
+
+def graph_processes(launched: Process) -> list[int]:
+    """Return the IDs of all launched processes except rviz2, which only shows the graph."""
+    found = []
+    for process in launched.family():
+        with suppress(psutil.Error):  # The process has ended.
+            if 'rviz2' not in (Path(argument).name for argument in process.cmdline()):
+                found.append(process.pid)
+    return found
 
 
 def sourced(setup: Path | None, command: Sequence[str]) -> Sequence[str]:
