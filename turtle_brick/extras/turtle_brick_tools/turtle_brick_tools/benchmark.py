@@ -3,7 +3,7 @@
 """
 benchmark: measure processor time, message intervals and reaction times in the live graph.
 
-The machine must be otherwise idle. The measurements are taken as follows:
+The machine must be otherwise idle. The results are taken as follows:
 
 * `ros2 launch turtle_brick turtle_arena.launch.py view:=none` runs in a separate ROS domain.
 * Processor time is the sum of a process's user and system times, measured in two periods. In the
@@ -161,23 +161,23 @@ def measure(seconds: float, drop_count: int) -> dict[str, Any]:
             spinner.spin_for(WARM_UP_TIME)  # Do not measure the startup of the graph.
         nodes = graph_processes(psutil.Process(launch.pid))
         print('Measuring the idle graph', file=sys.stderr, flush=True)
-        found: dict[str, Any] = {'idle': processor_usage(nodes, lambda: sleep(seconds))}
+        results: dict[str, Any] = {'idle': processor_usage(nodes, lambda: sleep(seconds))}
         with NodeSpinner(make_observer) as spinner:
             client = connect(spinner)
             print(f'Measuring {drop_count} drops', file=sys.stderr, flush=True)
-            found['catching'] = processor_usage(nodes, drop_bricks)
+            results['catching'] = processor_usage(nodes, drop_bricks)
             print('Measuring message intervals', file=sys.stderr, flush=True)
             begin = time_ns()
             spinner.spin_for(seconds)
             client.observer.update()
-            found['intervals'] = message_intervals(client.record, begin)
+            results['intervals'] = message_intervals(client.record, begin)
             times = [reaction_times(client.record, drop.begin - LEAD_TIME_NS, drop.end)
                      for drop in drops]
-    found['latency'] = [delays for delays in times if delays is not None]
-    if not found['latency']:
+    results['latency'] = [delays for delays in times if delays is not None]
+    if not results['latency']:
         raise ValueError(f'the robot responded to none of the {drop_count} drops')
-    found['outcomes'] = Counter(map(outcome, drops))
-    return found
+    results['outcomes'] = Counter(map(outcome, drops))
+    return results
 
 
 def outcome(drop: DropWatch) -> str:
@@ -187,31 +187,31 @@ def outcome(drop: DropWatch) -> str:
     return 'refused' if drop.refusals else 'missed'
 
 
-def report(found: dict[str, Any]) -> str:
+def report(results: dict[str, Any]) -> str:
     """Return the results of `measure` as text tables."""
     lines = ['processor time, % of a core      idle  catching']
     rows = {name: (name,) for name in NODES}
     for title, names in {**rows, 'turtle_brick nodes': OURS, 'all nodes': NODES}.items():
-        idle = sum(100.0 * found['idle'][name] for name in names)
-        catching = sum(100.0 * found['catching'][name] for name in names)
+        idle = sum(100.0 * results['idle'][name] for name in names)
+        catching = sum(100.0 * results['catching'][name] for name in names)
         lines.append(f'  {title:26}{idle:9.1f}{catching:10.1f}')
     lines += ['', 'intervals, ms        nominal     mean      p01      p50      p99      max']
-    for topic, times in found['intervals'].items():
+    for topic, times in results['intervals'].items():
         nominal = STEP_NS * 1e-6 if topic == 'world -> brick' else 10.0
         p01, p50, p99 = 1e3 * np.percentile(times, (1, 50, 99))
         lines.append(f'  {topic:18}{nominal:8.1f}{1e3 * np.mean(times):9.3f}{p01:9.3f}{p50:9.3f}'
                      f'{p99:9.3f}{1e3 * max(times):9.2f}')
-    lines += ['', f'time since the release, ms ({len(found["latency"])} drops)       p50      p01'
-              '      p99']
+    count = len(results['latency'])
+    lines += ['', f'time since the release, ms ({count} drops)       p50      p01      p99']
     for link, title in (('decided', 'decision (goal published)'),
                         ('commanded', 'first command to move'),
                         ('moved', 'first motion (pose of turtlesim)'),
                         ('known', 'first motion in TF')):
-        p01, p50, p99 = 1e3 * np.percentile([delays[link] for delays in found['latency']],
+        p01, p50, p99 = 1e3 * np.percentile([delays[link] for delays in results['latency']],
                                             (1, 50, 99))
         lines.append(f'  {title:38}{p50:9.1f}{p01:9.1f}{p99:9.1f}')
     lines.append('  drops, all within reach: ' + ', '.join(
-        f'{count} {outcome}' for outcome, count in sorted(found['outcomes'].items())))
+        f'{count} {outcome}' for outcome, count in sorted(results['outcomes'].items())))
     return '\n'.join(lines)
 
 
@@ -234,9 +234,9 @@ def main(args: Sequence[str] | None = None) -> int:
         options.output.mkdir(parents=True, exist_ok=True)
         with reserved_domain() as domain:
             os.environ['ROS_DOMAIN_ID'] = str(domain)
-            found = measure(options.seconds, options.drops)
-        print(report(found))
-        plots.latency(found['latency'], options.output / 'latency.png')
+            results = measure(options.seconds, options.drops)
+        print(report(results))
+        plots.latency(results['latency'], options.output / 'latency.png')
         print(f'\n{options.output / "latency.png"}')
     except KeyboardInterrupt:
         print('benchmark: interrupted; no file was written', file=sys.stderr)

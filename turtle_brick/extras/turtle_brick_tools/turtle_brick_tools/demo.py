@@ -101,20 +101,20 @@ def check_for_other_robots() -> None:
 
 def faults(watch: DropWatch, guaranteed: float) -> list[str]:
     """Return the faults in a drop, given the `guaranteed_distance` (m) for the brick."""
-    found = []
+    result = []
     if watch.down is None:
-        found.append('the brick did not land')
+        result.append('the brick did not land')
     if len(watch.refusals) > 1:
-        found.append('reported as Unreachable more than once')
+        result.append('reported as Unreachable more than once')
     if not watch.refusals and not watch.caught:
-        found.append('neither reported as Unreachable nor caught')
+        result.append('neither reported as Unreachable nor caught')
     if watch.refusals and watch.caught:
-        found.append('reported as Unreachable, but caught')
+        result.append('reported as Unreachable, but caught')
     if watch.refusals and watch.distance <= guaranteed:
-        found.append(f'reported as Unreachable within the guaranteed {guaranteed:.2f} m')
+        result.append(f'reported as Unreachable within the guaranteed {guaranteed:.2f} m')
     if watch.caught and watch.floated is None:
-        found.append('caught, but not tipped off')
-    return found
+        result.append('caught, but not tipped off')
+    return result
 
 
 def random_brick(random: Random, client: GraphClient, parameters: Parameters, nearest: float,
@@ -180,10 +180,10 @@ def run_scenario(graph: Graph, options: argparse.Namespace, parameters: Paramete
         freeze()
         watch = client.drop(brick)
         watches.append(watch)
-        found = faults(watch, guaranteed_distance_to(brick, parameters))
-        for fault in found:
+        drop_faults = faults(watch, guaranteed_distance_to(brick, parameters))
+        for fault in drop_faults:
             print(f'FAULT: {fault}', flush=True)
-        if found:
+        if drop_faults:
             faulty += 1
     if page_port is not None and not responds(page_port):
         faulty += 1

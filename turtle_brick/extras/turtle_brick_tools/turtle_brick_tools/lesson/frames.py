@@ -55,7 +55,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     for name, stop, before in zip('SABC', stops, (None, *stops)):
         line = f'  at {name}  ' + '       '.join(map(_format, stop))
         if before:
-            lengths = [dist(one[:2], other[:2]) for one, other in zip(stop, before)]
+            lengths = [dist(start[:2], end[:2]) for start, end in zip(before, stop)]
             line += '  {:6.3f} = {:.3f} m'.format(*lengths)
         yield line
 

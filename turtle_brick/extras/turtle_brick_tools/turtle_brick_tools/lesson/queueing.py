@@ -38,13 +38,13 @@ def commands(phase: float) -> list[SentCommand]:
             turtle.command(float(sent), 0.0, 0.0)
         arrivals.append((round(turtle.tick(now).linear_velocity) - 1, now + TRANSPORT_DELAY))
     applied = {number for number, _ in arrivals}
-    found = []
+    results = []
     for number in range(first, first + count):
         published = number * COMMAND_PERIOD
         arrival = next(time for shown, time in arrivals if shown >= number)
-        found.append(SentCommand(published - first * COMMAND_PERIOD, arrival - published,
-                                 number in applied))
-    return found
+        results.append(SentCommand(published - first * COMMAND_PERIOD, arrival - published,
+                                   number in applied))
+    return results
 
 
 def commands_for_all_phases() -> list[SentCommand]:

@@ -60,7 +60,7 @@ def report(parameters: Parameters) -> Iterator[str]:
     yield '                                     commanded   between poses   wheel'
     for label, time in (('after 1 s of driving', 1.2), ('after the teleport', 2.3),
                         ('after 1.5 s toward a wall 1 s away', 4.4)):
-        then = next(one for one in rolls if one.time >= time)
+        then = next(state for state in rolls if state.time >= time)
         yield (f'  {label:35}{then.commanded:9.3f} m{then.pose_distance:13.3f} m'
                f'{then.rolled:9.3f} m = {then.rolled / radius:.2f} rad')
 

@@ -20,24 +20,24 @@ class Settings(NamedTuple):
 
 def read_settings(path: str) -> Settings:
     """Read an rviz2 configuration file, or raise ValueError if the file is invalid."""
-    found: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     try:
         manager = yaml.safe_load(Path(path).read_text(encoding='utf-8'))['Visualization Manager']
-        found['fixed_frame'] = manager['Global Options']['Fixed Frame']
+        settings['fixed_frame'] = manager['Global Options']['Fixed Frame']
         for display in manager.get('Displays', ()):
             kind = display['Class'].rpartition('/')[2]
             if kind == 'TF' and display.get('Enabled', True):
-                found['shows_frames'] = True
-                found['hidden_frames'] = frozenset(
+                settings['shows_frames'] = True
+                settings['hidden_frames'] = frozenset(
                     name for name, frame in display.get('Frames', {}).items()
                     if name != 'All Enabled' and not frame['Value'])
             elif kind == 'RobotModel' and display.get('Description Source') == 'File':
                 path = display['Description File']
-                found['description'] = Path(path).read_text(encoding='utf-8')
+                settings['description'] = Path(path).read_text(encoding='utf-8')
             elif kind == 'RobotModel':
-                found['description_topic'] = display['Description Topic']['Value']
+                settings['description_topic'] = display['Description Topic']['Value']
     except OSError as error:
         raise ValueError(f'{path}: {error.strerror}') from None
     except (AttributeError, LookupError, TypeError, UnicodeDecodeError, yaml.YAMLError):
         raise ValueError(f'{path} is not an rviz2 configuration file') from None
-    return Settings(**found)
+    return Settings(**settings)
