@@ -3,7 +3,8 @@
 
 import psutil
 import pytest
-from turtle_graph.client.processes import crashes, MAX_SIZE, Output, printable, Process
+from turtle_graph.client.launch_errors import crashes
+from turtle_graph.client.processes import MAX_SIZE, Output, printable, Process
 
 TIMEOUT = 20.0
 """Timeout (s) for an action of another process."""

@@ -15,7 +15,7 @@ from browser import Chromium, find_chromium, TIMEOUT
 import pytest
 from turtle_brick.core.parameters import load
 from turtle_graph.client.processes import Process
-from turtle_graph.referee import report
+from turtle_graph.referee import class_table, report
 from turtle_graph.referee.rules.rule import FAILED, Judgment, Plot
 import xacro
 
@@ -83,7 +83,7 @@ def test_the_pages_of_the_referee_do_not_overflow(chromium, tmp_path):
     about = {'seconds': 1.5, 'command': 'x', 'versions': {}, 'notes': [], 'date': '2026-11-23'}
     (tmp_path / 'page.html').write_text(report.page(judgments, about))
     (tmp_path / 'ann.json').write_text(report.as_json(judgments, about))
-    report.summarize(tmp_path, ['b', 'a'], None, tmp_path / 'class.html')
+    class_table.summarize(tmp_path, ['b', 'a'], None, tmp_path / 'class.html')
     for name in ('page', 'class'):
         chromium.go_to(f'file://{tmp_path}/{name}.html')
         chromium.wait_for(f'location.href.endsWith("{name}.html") && document.querySelector'

@@ -22,9 +22,10 @@ from turtle_brick.core.parameters import default_path, load
 from turtle_brick_tools.demo import forget_old_messages, KEPT_MESSAGES
 from turtle_graph.client.drops import DropWatch
 from turtle_graph.client.geometry import CENTER, IDENTITY, multiply, ORIGIN, Pose, turn, Y, Z
+from turtle_graph.client.launch_errors import explain_missing
 from turtle_graph.client.load import Window
 from turtle_graph.client.messages import NS_PER_SECOND, SECONDS_PER_NS
-from turtle_graph.client.processes import explain_missing, Process
+from turtle_graph.client.processes import Process
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import (Drive, Frame, Received, ReceivedMarker, Record, Request,
                                         Sample)

@@ -5,7 +5,6 @@ import codecs
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from importlib.util import find_spec
 import os
 from pathlib import Path
 import re
@@ -20,24 +19,6 @@ END_TIME = 15.0
 """Timeout (s) for a process to exit after SIGINT."""
 KILL_TIME = 5.0
 """Timeout (s) for processes to exit after SIGKILL."""
-DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
-"""Pattern for a "process has died" message, with groups for process label, name and exit code."""
-STOPPED = (-signal.SIGINT, -signal.SIGTERM)
-"""Exit codes of processes that ros2 launch stopped."""
-TRACEBACK = re.compile(r'^ *Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
-"""Pattern for a Python traceback, with a group for the error in the last line."""
-
-LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^:]*: '
-                          r'((?:.|\n(?!\[))*)', re.M)
-"""Pattern for the error that ends ros2 launch, with a group for the whole message."""
-MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
-"""Pattern for an error message with the name of a missing package or Python module."""
-HANDLING = 'During handling of the above exception, another exception occurred'
-"""Text between the traceback of an error and that of an error in its handling."""
-LATER = ('turtlesim_msgs',)
-"""Packages of later releases of ROS."""
-LACKS = re.compile(r'[Tt]his environment|stand-in for|is for another release')
-"""Pattern for an error message about a part of ROS that only the environment lacks."""
 CONTROL = re.compile(r'\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*|[^\n])'
                      r'|[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff]')
 """Pattern for a terminal's escape sequences and for all other control characters."""
@@ -93,58 +74,6 @@ class Output:
     def __str__(self) -> str:
         lines = sorted(line for lines in self._lines.values() for line in lines)
         return ''.join([*(line for _, line in lines), printable(self._rest)])
-
-
-def launch_error(output: str) -> str:
-    """Return the error that prevented ros2 launch from starting a graph, or ''."""
-    errors = LAUNCH_ERROR.findall(output)
-    if not errors:
-        return '; '.join(crashes(output))
-    # A sentence about the launch file precedes the errors of the parsers. The first parser is the
-    # one for the file type.
-    sentence, *causes = errors[-1].split('\n - ')
-    error = causes[0] if causes and 'Captured' not in sentence else errors[-1]
-    command, _, printed = error.partition('Captured stderr output:')
-    error = reason(printed or error) or printed or error
-    if printed:
-        program = Path(command.partition('Command: ')[2].partition(' ')[0]).name
-        error = f'{program} printed an error or a warning, which stops the launch: {error}'
-    return ' '.join(error.split())
-
-
-def reason(printed: str) -> str:
-    """Return the error that a traceback ends with, or the first one if handling it also failed."""
-    errors = TRACEBACK.findall(printed)
-    return (errors[0] if HANDLING in printed else errors[-1]) if errors else ''
-
-
-def explain_missing(error: str) -> str:
-    """Extend an error message to say whether the workspace or the environment lacks a package."""
-    error = error.partition(', searching: ')[0].strip('"')
-    if LACKS.search(error):
-        return f'{error} (the environment may lack it)' if 'stand-in for' in error else error
-    for package, module in MISSING.findall(error):
-        name = package or module
-        if name in LATER:
-            return f'{error} (the workspace is for another release: Jazzy does not contain {name})'
-        own = name.startswith('turtle_brick')
-        if not own and module and '.' not in module and find_spec(module):
-            return f'{error} (it is here, but the program was started with another Python)'
-        places = 'workspace does' if own else 'workspace and this installation of ROS do'
-        return f'{error} (the {places} not contain {name})'
-    return error
-
-
-def crashes(output: str) -> list[str]:
-    """Extract the name and error of each failed process from the output of ros2 launch."""
-    found = []
-    for label, name, status in DEATH.findall(output):
-        if int(status) in STOPPED:
-            continue
-        lines = ''.join(f'{line.removeprefix(f"[{label}] ")}\n' for line in output.splitlines()
-                        if line.startswith(f'[{label}] '))
-        found.append(f'{name} crashed: {reason(lines) or f"exit status {status}"}')
-    return list(dict.fromkeys(found))
 
 
 class Process(AbstractContextManager['Process']):
@@ -243,13 +172,13 @@ class Process(AbstractContextManager['Process']):
 
     def family(self) -> list[psutil.Process]:
         """Return the process and all processes that it has started, directly or indirectly."""
-        found = []
+        family = []
         for process in psutil.process_iter():
             with suppress(psutil.Error, ProcessLookupError):
                 # A program with an empty environment has no mark, but is in the same session.
                 if self._mark in process.environ().items() or os.getsid(process.pid) == self.pid:
-                    found.append(process)
-        return found
+                    family.append(process)
+        return family
 
     def kill(self) -> None:
         """Kill the process and all processes that it has started immediately."""

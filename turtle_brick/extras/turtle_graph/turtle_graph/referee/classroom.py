@@ -17,8 +17,9 @@ import re
 import shlex
 import sys
 
-from turtle_graph.client.processes import LACKS, printable, Process, TRACEBACK
-from turtle_graph.referee import report
+from turtle_graph.client.launch_errors import LACKS, TRACEBACK
+from turtle_graph.client.processes import printable, Process
+from turtle_graph.referee import class_table, report
 from turtle_graph.referee.options import HOURS
 from turtle_graph.referee.rules.rule import FAILED, OPEN, Rules
 
@@ -176,7 +177,7 @@ def judge_workspace(workspace: Path, json: Path, shared: Sequence[str],
             own.append(f'--in-namespace={launch_files[name].resolve()}')
         status = judge_graph(workspace, install, [*arguments, *own], json, command or [
             'ros2', 'launch', 'turtle_brick', name, 'view:=none'], options.verbose)
-        row = report.read(json, workspace.name)
+        row = class_table.read(json, workspace.name)
         if any(row[mark] for mark in report.COLORS):
             return status
         faults = '; '.join(fault for fault in row['faults'] if fault not in reasons)
@@ -229,8 +230,8 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
                 report.write_unjudged(json, workspace.name, 'start', OPEN, f'not judged: {error}')
                 statuses.add(2)
     finally:  # Ctrl-C prints the results so far.
-        report.summarize(RESULTS, [rule.name for rule in rules],
-                         options.csv or RESULTS / 'class.csv',
-                         options.page or RESULTS / 'class.html',
-                         [json.stem for json in results if json.exists()])
+        class_table.summarize(RESULTS, [rule.name for rule in rules],
+                              options.csv or RESULTS / 'class.csv',
+                              options.page or RESULTS / 'class.html',
+                              [json.stem for json in results if json.exists()])
     return 1 if 1 in statuses else max(statuses, default=2)

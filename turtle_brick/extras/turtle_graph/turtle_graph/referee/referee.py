@@ -15,14 +15,14 @@ from time import monotonic, strftime
 
 import psutil
 from turtle_graph.client.domains import reserved_domain, restrict_to_localhost
+from turtle_graph.client.launch_errors import crashes, explain_missing, launch_error
 from turtle_graph.client.observer import Observer
-from turtle_graph.client.processes import (crashes, explain_missing, launch_error,
-                                           no_descendants, printable, Process)
+from turtle_graph.client.processes import no_descendants, printable, Process
 from turtle_graph.client.profiles import Profile
 from turtle_graph.client.record import Record
 from turtle_graph.client.spinning import handle_signals, NodeSpinner
 from turtle_graph.client.storage import load, save
-from turtle_graph.referee import report
+from turtle_graph.referee import class_table, report
 from turtle_graph.referee.classroom import judge_class, rules_in_hour
 from turtle_graph.referee.options import parse
 from turtle_graph.referee.rules import arena_rules, robot_rules
@@ -198,7 +198,7 @@ def main(args: Sequence[str] | None = None) -> int:
         if options.from_file is not None:
             return evaluate(rules, load(options.from_file), options)
         if options.summary is not None:
-            return report.summarize(
+            return class_table.summarize(
                 options.summary, [rule.name for rule in rules], options.csv, options.page)
         return judge(rules, profile, options, command)
     except KeyboardInterrupt:

@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Report the judgments on one graph or on a class of students (as text, HTML, JSON and CSV)."""
+"""Report the judgments on one graph (as text, HTML and JSON)."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-import csv
 from html import escape
 from io import StringIO
 import json
-import os
 from pathlib import Path
-import sys
-from textwrap import shorten
 from time import strftime
 from typing import Any
-from urllib.parse import quote
 
 from rich.console import Console
 from rich.table import Table
@@ -22,8 +17,6 @@ from turtle_graph.client.processes import printable
 from turtle_graph.client.record import LOADED
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
-MAX_LENGTH, MAX_LINES = 400, 5
-"""Maximum number of characters per line and of faults per student in the terminal."""
 UNJUDGED = {
     'build': ('Your code must pass colcon test', 'colcon builds the workspace'),
     'start': ('all the nodes necessary for the turtle to catch a brick',
@@ -65,7 +58,7 @@ def tally(marks: Iterable[str]) -> str:
 
 def left_open(judgments: Iterable[Judgment]) -> int:
     """Return the number of requirements that are open because of the load of the machine."""
-    return sum(one.mark == OPEN and LOADED in one.measured for one in judgments)
+    return sum(judgment.mark == OPEN and LOADED in judgment.measured for judgment in judgments)
 
 
 def result(judgment: Judgment) -> str:
@@ -77,13 +70,20 @@ def result(judgment: Judgment) -> str:
 def fold(judgments: Iterable[Judgment]) -> list[Judgment]:
     """Merge all failures with the same causes and all open requirements with the same reason."""
     groups: dict[Any, list[Judgment]] = {}
-    for one in judgments:
-        reason = one.measured if one.mark == OPEN else one.name
-        groups.setdefault((one.mark, tuple(one.follows) or reason), []).append(one)
-    return [group[0] if len(group) == 1 else Judgment(
-        ', '.join(one.name for one in group), '', '', group[0].mark,
-        '' if group[0].follows else group[0].measured, follows=group[0].follows)
-        for group in groups.values()]
+    for judgment in judgments:
+        reason = judgment.measured if judgment.mark == OPEN else judgment.name
+        groups.setdefault((judgment.mark, tuple(judgment.follows) or reason), []).append(judgment)
+    return [merge(group) for group in groups.values()]
+
+
+def merge(group: Sequence[Judgment]) -> Judgment:
+    """Merge judgments with the same mark and the same causes or reason."""
+    first = group[0]
+    if len(group) == 1:
+        return first
+    names = ', '.join(judgment.name for judgment in group)
+    measured = '' if first.follows else first.measured
+    return Judgment(names, '', '', first.mark, measured, follows=first.follows)
 
 
 def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
@@ -94,11 +94,6 @@ def print_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None
     for row in rows:
         table.add_row(*(Text(printable(str(cell)), COLORS.get(str(cell), '')) for cell in row))
     Console().print(table)
-
-
-def link(text: str, address: str) -> Html:
-    """Return an HTML link, or only the text if the address is empty."""
-    return Html(f'<a href="{escape(address)}">{escape(text)}</a>' if address else escape(text))
 
 
 def html_table(titles: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -123,18 +118,22 @@ def html_page(title: str, body: str) -> str:
 
 def print_judgments(judgments: Sequence[Judgment], about: dict[str, Any]) -> None:
     """Print the load, the crashes, the notes, all requirements, and the unmet requirements."""
-    for line in (about['machine'], *(f'{FAILED} {crash}' for crash in about['crashes']),
-                 *(f'note: {note}' for note in about['notes'])):
-        print(printable(line))
+    print(printable(about['machine']))
+    for crash in about['crashes']:
+        print(printable(f'{FAILED} {crash}'))
+    for note in about['notes']:
+        print(printable(f'note: {note}'))
     rows = fold(judgments)
     print_table(('', 'requirement', 'measured', 'expected'), (
-        (one.mark, one.name, result(one), one.expected) for one in rows))
-    print('', *(printable(f'{one.mark} {one.name}: {result(one)}')
-                for one in rows if one.mark != MET),
-          tally(one.mark for one in judgments), sep='\n')
+        (row.mark, row.name, result(row), row.expected) for row in rows))
+    print()
+    for row in rows:
+        if row.mark != MET:
+            print(printable(f'{row.mark} {row.name}: {result(row)}'))
+    print(tally(judgment.mark for judgment in judgments))
     if count := left_open(judgments):
         print(f'{count} {OPEN} open because {about["load"]}: judge again on an idle machine')
-    judged = sum(one.mark != OPEN for one in judgments)
+    judged = sum(judgment.mark != OPEN for judgment in judgments)
     print(f'ROS domain {about["domain"]}: {judged} of {len(judgments)} requirements were judged')
 
 
@@ -147,7 +146,7 @@ def write(path: Path, text: str) -> None:
 
 def as_json(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
     """Return all judgments (without plots) and information about the run as JSON."""
-    requirements = [one._replace(plot=None)._asdict() for one in judgments]
+    requirements = [judgment._replace(plot=None)._asdict() for judgment in judgments]
     return json.dumps({**about, 'requirements': requirements}, indent=1, ensure_ascii=False) + '\n'
 
 
@@ -177,7 +176,7 @@ def draw(plot: Plot) -> str:
 def as_text(value: Any) -> str:
     """Return a number, string, list or dictionary as text."""
     if isinstance(value, dict):
-        return ', '.join(f'{name} {one}' for name, one in value.items())
+        return ', '.join(f'{name} {content}' for name, content in value.items())
     return '; '.join(value) if isinstance(value, list) else str(value)
 
 
@@ -186,102 +185,10 @@ def page(judgments: Sequence[Judgment], about: dict[str, Any]) -> str:
     facts = ''.join(f'<p>{escape(key)}: {escape(as_text(value))}</p>'
                     for key, value in about.items() if value)
     table = html_table(('', 'requirement', 'assignment', 'measured', 'expected'), (
-        (one.mark, Html(f'<span id="{escape(one.name)}">{escape(one.name)}</span>'),
-         one.sentence, result(one), one.expected) for one in judgments))
+        (judgment.mark, Html(f'<span id="{escape(judgment.name)}">{escape(judgment.name)}</span>'),
+         judgment.sentence, result(judgment), judgment.expected) for judgment in judgments))
+    counts = tally(judgment.mark for judgment in judgments)
+    plots = ''.join(draw(judgment.plot) for judgment in judgments if judgment.plot is not None)
     return html_page(
         f'{escape(about.get("student") or "turtle_brick")}: requirements and measurements',
-        f'<p>{tally(one.mark for one in judgments)}</p>{facts}{table}'
-        + ''.join(draw(one.plot) for one in judgments if one.plot is not None))
-
-
-TITLES = ('student', MET, FAILED, OPEN, 'failed', 'open', 'date')
-
-EXPLANATION = (
-    f'The columns {MET}, {FAILED} and {OPEN} contain the numbers of met, failed and open '
-    'requirements. The “failed” column omits requirements that may have failed only because '
-    'another requirement failed. In the “open” column, each reason is in parentheses. The '
-    'second table shows the number of students for each entry in the “failed” column.')
-
-
-def read(path: Path, name: str) -> dict[str, Any]:
-    """Return a summary of a student's JSON file, or raise ValueError if the file is invalid."""
-    try:
-        data = json.loads(path.read_text(encoding='utf-8'))
-        judgments = [Judgment(**one) for one in data['requirements']]
-        marks = {one.name: one.mark for one in judgments}
-        causes = [one.name for one in judgments if one.mark == FAILED and not one.follows]
-        is_judged = bool(marks) and not marks.keys() & UNJUDGED.keys()
-        is_failed = not is_judged and OPEN not in marks.values()
-        faults = data.get('crashes', []) + (data['notes'] if is_failed else [])
-        reasons = fold(
-            one._replace(measured='judge again on a less busy machine')
-            if LOADED in one.measured else one for one in judgments if one.mark == OPEN)
-        count = Counter(marks.values())
-        return {'student': name, **{mark: count[mark] for mark in COLORS}, 'date': data['date'],
-                'failed': '; '.join([*faults, *(causes if is_judged else [])]), **marks,
-                'faults': faults, 'is_judged': is_judged,
-                'open': '; '.join([*(note for note in data['notes'] if note == INTERRUPTED), *(
-                    f'{one.name} ({one.measured})' for one in reasons)]), 'causes': causes}
-    except (LookupError, OSError, TypeError, ValueError) as error:
-        raise ValueError(f'{path} is not a JSON file from the referee: {error!r}') from None
-
-
-def class_cells(row: dict[str, Any], address: str) -> list[object]:
-    """Return the table cells for one student, with links to the student's page if it exists."""
-    causes = [link(f'{FAILED} {name}', address and f'{address}#{quote(name)}')
-              for name in row['causes']]
-    return [link(row['student'], address), row[MET], link(str(row[FAILED]), address), row[OPEN],
-            Html('<br>'.join([*map(escape, row['faults']), *causes])), row['open'], row['date']]
-
-
-def print_student(row: dict[str, Any]) -> None:
-    """Print the results of one student on a few lines."""
-    counts = ', '.join(f'{row[mark]} {mark}' for mark in COLORS)
-    lines = [f'{row["student"]}: {counts} ({row["date"]})',
-             *(f'  {FAILED} {shorten(fault, MAX_LENGTH)}' for fault in row['faults'][:MAX_LINES])]
-    for mark, text in ((FAILED, ', '.join(row['causes'])), (OPEN, row['open'])):
-        lines += [f'  {mark} {shorten(text, MAX_LENGTH)}'] if text else []
-    print(*map(printable, lines), sep='\n')
-
-
-def summarize(directory: Path, requirements: Sequence[str], csv_path: Path | None,
-              page_path: Path | None, students: Sequence[str] | None = None) -> int:
-    """
-    Summarize the JSON files below a directory in a table with one row per student.
-
-    :param students: names of the JSON files without the suffix ".json" (default: all files)
-    :return: exit status (0 if all files are valid, 1 if only some are valid, 2 if none is valid)
-    """
-    rows, faults, links = [], [], {}
-    paths = (sorted(directory.rglob('*.json')) if students is None
-             else [directory / f'{name}.json' for name in students])
-    for path in paths:
-        name, own = str(path.relative_to(directory).with_suffix('')), path.with_suffix('.html')
-        try:
-            rows.append(read(path, name))
-        except ValueError as error:
-            faults.append(f'skipped: {error}')
-        if page_path is not None and own.exists():
-            links[name] = quote(os.path.relpath(own, page_path.parent))
-    rows.sort(key=lambda row: not row['is_judged'])
-    for row in rows:
-        print_student(row)
-    if not rows and not faults:
-        faults.append(f'there is no JSON file in {directory}')
-    for fault in faults:
-        print(printable(f'referee: {fault}'), file=sys.stderr)
-    if csv_path is not None:
-        with csv_path.open('w', newline='', encoding='utf-8', errors='replace') as file:
-            lines = csv.DictWriter(file, (*TITLES, *requirements), '', 'ignore')
-            lines.writeheader()
-            lines.writerows(rows)
-    if page_path is not None:
-        count = Counter(name for row in rows for name in row['causes'])
-        cells = [class_cells(row, links.get(row['student'], '')) for row in rows]
-        write(page_path, html_page(
-            'turtle_brick: the class', f'<p>{EXPLANATION}</p>' + html_table(TITLES, cells)
-            + html_table(('failed', 'students'), count.most_common())
-            + ''.join(f'<p>{escape(fault)}</p>' for fault in faults)))
-    if not rows:
-        return 2
-    return 1 if faults else 0
+        f'<p>{counts}</p>{facts}{table}{plots}')

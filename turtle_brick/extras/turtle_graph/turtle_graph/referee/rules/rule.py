@@ -16,7 +16,7 @@ from traceback import format_exc
 from typing import Any, NamedTuple, TypeVar
 
 import numpy
-from turtle_graph.client.processes import LACKS
+from turtle_graph.client.launch_errors import LACKS
 from turtle_graph.client.record import LOADED, Record, Request
 
 Value = TypeVar('Value')
