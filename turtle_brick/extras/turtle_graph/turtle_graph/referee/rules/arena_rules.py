@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rules for the arena (walls, markers, services and the physics of the brick) and the catcher."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from functools import partial
-from itertools import pairwise, product
+from itertools import chain, pairwise, product
 from math import atan2, dist, hypot, inf, sqrt
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from statistics import median, median_high, median_low
 from typing import Any, NamedTuple
 
@@ -49,8 +49,6 @@ CUBE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, TEXT, TRIANGLE_LIST = 1, 3, 4,
 """Marker types."""
 ADD, DELETE_ACTIONS = 0, (2, 3)
 """The marker action ADD, and the actions DELETE and DELETEALL."""
-CORNERS = numpy.array(list(product((-0.5, 0.5), repeat=3)))
-"""The eight corners of a box of size 1."""
 MIN_WALL_LENGTH, MAX_WALL_RATIO = 5.0, 0.5
 """Minimum length (m) and maximum ratio of width to length of a wall. A floor is wider."""
 MIN_PIECE_LENGTH = 0.1
@@ -59,11 +57,9 @@ MARKER_DISTANCE = 0.3
 """Typical maximum distance (m) between the brick and a marker that moves with it."""
 STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics simulation."""
-MAX_LEAD = 0.06
-"""Maximum time (s) by which TF, which robot_state_publisher updates at 20 Hz, is late."""
-LAGS = range(-round(MAX_LEAD * NS_PER_SECOND), round(MAX_LAG * NS_PER_SECOND) + 1, 10_000_000)
-"""Candidate delays (ns) between the platform motion in TF and the brick motion."""
-DELAYS = range(0, round(MAX_LAG * NS_PER_SECOND) + 1, 5_000_000)
+LAGS = range(-60_000_000, 50_000_001, 10_000_000)
+"""Candidate delays (ns) of the brick behind TF, in which the platform may be 0.06 s late."""
+DELAYS = range(0, 50_000_001, 5_000_000)
 """Candidate delays (ns) between the angle in joint_states and the pull on the brick."""
 LIFETIME, LIFETIME_TOLERANCE = 3.0, 0.3
 """Required lifetime (s) of the "Unreachable" marker, and its tolerance (s)."""
@@ -93,7 +89,7 @@ def shown_markers(record: Record) -> list[ReceivedMarker]:
 
 def box(marker: Any) -> Array:
     """Return the corners (m) of a box of a marker's size, in the marker's frame."""
-    return CORNERS * read_vector(marker.scale)
+    return numpy.array(list(product((-0.5, 0.5), repeat=3))) * read_vector(marker.scale)
 
 
 def parts(marker: Any) -> Array:
@@ -109,9 +105,14 @@ def parts(marker: Any) -> Array:
     return points[:len(points) // count * count].reshape(-1, count, 3)
 
 
-def walls(record: Record) -> list[tuple[ReceivedMarker, Array, Array]]:
-    """Return each wall's marker and its lowest and highest coordinates (m) in the world frame."""
-    pieces, (_, time) = [], record.trial_spans()[0]
+Wall = tuple[ReceivedMarker, Array, Array]
+"""The marker of a wall or of a piece of it, and the lowest and highest world coordinates (m)."""
+
+
+def walls(record: Record) -> list[Wall]:
+    """Return all walls, or raise Failed if there are none."""
+    pieces: list[Wall] = []
+    _, time = record.trial_spans()[0]
     for received in shown_markers(record):
         corners = parts(received.marker)
         corners = corners[numpy.ptp(corners, axis=1).max(axis=1) >= MIN_PIECE_LENGTH]
@@ -122,45 +123,47 @@ def walls(record: Record) -> list[tuple[ReceivedMarker, Array, Array]]:
                    'no marker has the shape of a wall')
 
 
-def joined(pieces: list[tuple[ReceivedMarker, Array, Array]], along: int
-           ) -> list[tuple[ReceivedMarker, Array, Array]]:
+def joined(pieces: list[Wall], along: int) -> list[Wall]:
     """Join the pieces that stand end to end along an axis (x: 0, y: 1), and return the walls."""
-    lines: list[tuple[ReceivedMarker, Array, Array]] = []
+    across, lines = 1 - along, list[Wall]()
     for received, low, high in sorted(pieces, key=lambda piece: piece[1][along]):
         for index, (first, start, end) in enumerate(lines):
-            if low[along] <= end[along] + NEAR and max(
-                    abs(low - start)[1 - along], abs(high - end)[1 - along]) <= NEAR:
+            offset = max(abs(low - start)[across], abs(high - end)[across])
+            if low[along] <= end[along] + NEAR and offset <= NEAR:
                 lines[index] = first, numpy.minimum(start, low), numpy.maximum(end, high)
                 break
         else:
             lines.append((received, low, high))
-    return [(first, low, high) for first, low, high in lines
-            if (high - low)[along] >= MIN_WALL_LENGTH
-            and (high - low)[1 - along] <= MAX_WALL_RATIO * (high - low)[along]]
+    sizes = [end - start for _, start, end in lines]
+    return [line for line, size in zip(lines, sizes) if size[along] >= MIN_WALL_LENGTH
+            and size[across] <= MAX_WALL_RATIO * size[along]]
 
 
 @rule('walls: size', 'the same size as the turtlesim simulator and … a matching coordinate system',
       f'walls at 0 and {ARENA_SIZE:.2f} m ± {WALL_TOLERANCE} m, along the edges, above the ground',
       ['frames: odom'])
 def walls_are_at_the_edges(record: Record) -> Finding:
+    # The positions (m) and half widths (m) of the walls across x and of those across y.
     sides: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])
-    ends, heights = [], []
+    beyond, heights = [], []
     for _, low, high in walls(record):
         size, middle = high - low, (low + high) / 2.0
-        thin_axis = int(size[1] < size[0])
-        sides[thin_axis].append((middle[thin_axis], size[thin_axis] / 2.0))
-        ends += [-low[1 - thin_axis], high[1 - thin_axis] - ARENA_SIZE]
+        across = int(size[1] < size[0])
+        along = 1 - across
+        sides[across].append((middle[across], size[across] / 2.0))
+        beyond += [-low[along], high[along] - ARENA_SIZE]
         heights.append(middle[2])
     if not all(sides):
         raise Failed('some sides have no wall')
-    edges = [end(side) for side in sides for end in (min, max)]
+    outer = [end(side) for side in sides for end in (min, max)]
     off = largest(abs(place - edge) - half_width
-                  for (place, half_width), edge in zip(edges, (0.0, ARENA_SIZE) * 2))
-    met = off <= WALL_TOLERANCE and largest(ends) <= 2.0 * WALL_TOLERANCE and min(heights) >= 0.0
-    places = [place for place, _ in edges]
+                  for (place, half_width), edge in zip(outer, (0.0, ARENA_SIZE) * 2))
+    met = (off <= WALL_TOLERANCE and largest(beyond) <= 2.0 * WALL_TOLERANCE
+           and min(heights) >= 0.0)
+    places = [place for place, _ in outer]
     return Finding(met, 'x from {:.2f} to {:.2f}, y from {:.2f} to {:.2f} m'.format(*places)
-                   + f', {largest(ends):.2f} m beyond the corners, center at a height of at least '
-                   f'{min(heights):.2f} m')
+                   + f', {largest(beyond):.2f} m beyond the corners, center at a height of at '
+                   f'least {min(heights):.2f} m')
 
 
 def brick_markers(record: Record) -> list[ReceivedMarker]:
@@ -170,17 +173,18 @@ def brick_markers(record: Record) -> list[ReceivedMarker]:
         marker = received.marker
         if marker.type != TEXT and marker.action == ADD:
             markers.setdefault((received.topic, marker.ns, marker.id), []).append(received)
-    groups = [group for group in markers.values() if moves_with_brick(record, group)] or [
-        group for group in markers.values() if is_called_brick(*group[-1])]
-    sequence = sorted((received for group in groups for received in group), key=itemgetter(0))
+    groups = [group for group in markers.values() if moves_with_brick(record, group)]
+    if not groups:
+        groups = [group for group in markers.values() if is_called_brick(group[-1])]
+    sequence = sorted(chain(*groups), key=attrgetter('published'))
     return require(sequence or None, 'there is no marker of the brick')
 
 
-def is_called_brick(_: int, topic: str, marker: Any) -> bool:
+def is_called_brick(received: ReceivedMarker) -> bool:
     """Return whether a name of a marker contains "brick" and the marker is smaller than a wall."""
-    scale = marker.scale
-    return (max(scale.x, scale.y, scale.z) < MIN_WALL_LENGTH
-            and 'brick' in f'{topic} {marker.ns} {marker.header.frame_id}'.lower())
+    marker = received.marker
+    names = f'{received.topic} {marker.ns} {marker.header.frame_id}'
+    return max(read_vector(marker.scale)) < MIN_WALL_LENGTH and 'brick' in names.lower()
 
 
 def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
@@ -199,27 +203,30 @@ def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
 
 def brick_corners(record: Record) -> Array:
     """Return the usual corners (m) of the brick's box in the brick's frame, or raise Open."""
-    corners, (_, idle) = [], record.trial_spans()[0]
+    corners = []
+    _, idle = record.trial_spans()[0]
     with suppress(Failed):
         boxes = [received for received in brick_markers(record) if received.marker.type == CUBE]
         # A latched marker in the frame of the brick may be older than all transforms.
-        for received in [*thin(boxes), *(last._replace(published=idle) for last in boxes[-1:])]:
+        latest = [received._replace(published=idle) for received in boxes[-1:]]
+        for received in [*thin(boxes), *latest]:
             brick = record.pose('brick', received.published)
             if brick is not None:
-                corners.append(brick.locate(pose_of_marker(
-                    record, received, received.published).transform(box(received.marker))))
-    return numpy.median(require_data(
-        corners, 'the size of the brick is unknown because it has no box marker'), axis=0)
+                marker = pose_of_marker(record, received, received.published)
+                corners.append(brick.locate(marker.transform(box(received.marker))))
+    require_data(corners, 'the size of the brick is unknown because it has no box marker')
+    return numpy.median(corners, axis=0)
 
 
 def judge_visibility(record: Record, markers: list[ReceivedMarker]) -> Finding:
     """Judge whether rviz2 would show the markers even if it started after their publication."""
-    topics, faults = {received.topic for received in markers}, []
+    topics = {received.topic for received in markers}
     observed = [time for span in record.trial_spans() for time in span]
+    faults = []
     for topic in sorted(topics):
-        published = sorted([min(observed), max(observed), *(
-            received.published for received in record.markers if received.topic == topic)])
-        pause = max(b - a for a, b in pairwise(published)) * SECONDS_PER_NS
+        times = [received.published for received in record.markers if received.topic == topic]
+        times = sorted([min(observed), *times, max(observed)])
+        pause = max(b - a for a, b in pairwise(times)) * SECONDS_PER_NS
         if not record.latched.get(topic) and pause > MARKER_PERIOD:
             faults.append(f'{topic} is neither latched nor repeated')
     return from_faults(faults, len(topics), 'topics')
@@ -244,33 +251,40 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
     for request in record.places:
         time = request.end - BEFORE_NS
         brick, later = record.pose('brick', time), record.pose('brick', request.end)
-        before = [received for received in markers if received.published <= request.end]
-        if (brick is not None and before and later is not None
-                and dist(later.position, brick.position) <= STILL):
-            center = pose_of_marker(record, before[-1], time)
-            base = (*center.position[:2], min(center.transform(box(before[-1].marker))[:, 2]))
-            off.append(min(dist(point, brick.position) for point in (center.position, base)))
+        shown = [received for received in markers if received.published <= request.end]
+        if brick is None or later is None or not shown:
+            continue
+        if dist(later.position, brick.position) <= STILL:
+            marker = pose_of_marker(record, shown[-1], time)
+            x, y, _ = marker.position
+            base = x, y, min(marker.transform(box(shown[-1].marker))[:, 2])
+            off.append(min(dist(marker.position, brick.position), dist(base, brick.position)))
     return within(NEAR, off, 'the brick was never at rest after it was placed')
 
 
 @rule('markers: frames', 'Your final result should not have any rviz errors or warnings',
       'frames, sizes, orientations and colors that rviz can draw')
 def markers_can_be_drawn(record: Record) -> Finding:
-    known, faults = {'world', *record.frame_names()}, set()
-    for received in require(shown_markers(record) or None, 'there are no markers'):
-        marker = received.marker
-        q, scale = marker.pose.orientation, marker.scale
-        if marker.header.frame_id.lstrip('/') not in known:
-            faults.add(f'the frame {marker.header.frame_id!r} is unknown')
-        length = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
-        if not (abs(length - 1.0) < 0.01 or length == 0.0):  # rviz2 accepts 0 as the default.
-            faults.add('an orientation is not a unit quaternion')
-        sizes = {CUBE: (scale.x, scale.y, scale.z), TEXT: (scale.z,)}.get(marker.type, (1.0,))
-        if not min(sizes) > 0.0:
-            faults.add('a size is not positive')
-        if not marker.color.a > 0.0 and not marker.colors:
-            faults.add('a color is transparent')
+    markers = require(shown_markers(record) or None, 'there are no markers')
+    frames = {'world', *record.frame_names()}
+    faults = {fault for received in markers for fault in drawing_faults(received.marker, frames)}
     return Finding(not faults, '; '.join(sorted(faults)) or f'{len(record.markers)} markers')
+
+
+def drawing_faults(marker: Any, frames: set[str]) -> Iterator[str]:
+    """Yield the reasons why rviz2 cannot draw a marker. `frames` contains all known frames."""
+    if marker.header.frame_id.lstrip('/') not in frames:
+        yield f'the frame {marker.header.frame_id!r} is unknown'
+    q = marker.pose.orientation
+    length = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+    if not (abs(length - 1.0) < 0.01 or length == 0.0):  # rviz2 accepts 0 as the default.
+        yield 'an orientation is not a unit quaternion'
+    scale = marker.scale
+    sizes = {CUBE: (scale.x, scale.y, scale.z), TEXT: (scale.z,)}.get(marker.type, (1.0,))
+    if not min(sizes) > 0.0:
+        yield 'a size is not positive'
+    if not marker.color.a > 0.0 and not marker.colors:
+        yield 'a color is transparent'
 
 
 @rule('place', 'a service called place … that moves the brick to a specified location',
@@ -280,11 +294,12 @@ def bricks_are_placed(record: Record) -> Finding:
     off, drift = [], []
     require_clear(record, 'place', 'brick')
     for request in require_data(record.places, 'nothing was placed'):
-        place = require_accepted(record, request).value
+        target = require_accepted(record, request).value
         track = [brick.position for _, brick in record.brick_track(
             request.end - 3 * BEFORE_NS, request.end - BEFORE_NS)]
-        off += [dist(position, place) for position in track[-1:]]
-        drift.append(max_motion(track))
+        if track:
+            off.append(dist(track[-1], target))
+            drift.append(max_motion(track))
     require(record.frames.get(record.actual('brick')), 'no node broadcasts brick')
     require_data(off, 'the brick was not observed at the place')
     return Finding(largest(off) <= NEAR and largest(drift) <= STILL,
@@ -342,12 +357,16 @@ def response_comes_first(record: Record) -> Finding:
       'the brick is at rest until it is dropped', ['place'])
 def brick_hovers(record: Record) -> Finding:
     first = min((drop.begin for drop in record.drops), default=inf)
-    tracks = [[brick.position for _, brick in record.brick_track(begin, end - BEFORE_NS)]
-              for begin, end in record.idle if end <= first]
-    require_data(sum(tracks, []), 'the brick was not observed at rest')
-    moved = largest(map(max_motion, filter(None, tracks)))
-    return Finding(moved <= STILL,
-                   f'moved by {moved:.4f} m in {sum(map(len, tracks))} positions')
+    motions, count = [], 0
+    for begin, end in record.idle:
+        if end <= first:
+            track = [brick.position for _, brick in record.brick_track(begin, end - BEFORE_NS)]
+            motions.append(max_motion(track))
+            count += len(track)
+    if not count:
+        raise Open('the brick was not observed at rest')
+    return Finding(largest(motions) <= STILL,
+                   f'moved by {largest(motions):.4f} m in {count} positions')
 
 
 class MeasuredFall(NamedTuple):
@@ -365,29 +384,32 @@ class MeasuredFall(NamedTuple):
 
 def falls(record: Record) -> list[MeasuredFall]:
     """Return all falls with at least ten recorded transforms, or raise Open if there are none."""
-    fitted = []
-    for drop in dropped(record):
-        released = drop.released or 0
-        track = [(stamp, brick.position) for stamp, brick in record.brick_track(
-                     released, drop.down or drop.end)]
-        hover = track[0][1][:2] if track else drop.place[:2]
-        # If no landing was observed, the brick may have fallen through the ground.
-        has_ended = drop.down is not None or any(position[2] <= 0.0 for _, position in track)
-        track = [(stamp, position) for stamp, position in track
-                 if 0.0 < position[2] < drop.place[2] - NEAR]
-        depths = numpy.array([drop.place[2] - position[2] for _, position in track])
-        if not has_ended or len(track) < 10 or depths[-1] == depths[0]:
-            continue
-        times = numpy.array([(stamp - released) * SECONDS_PER_NS for stamp, _ in track])
-        aside = numpy.array([dist(position[:2], hover) for _, position in track])
-        # A timestamp may be the time of a timer callback, which can be late on any machine. A step
-        # may also be late or skipped although each step is right.
-        begin, acceleration, off = fit_fall(times, depths, STEP)
-        steps = STEP * numpy.arange(len(depths), dtype=float)
-        _, per_step, off_steps = fit_fall(steps, depths, 0.0)
-        fitted.append(MeasuredFall(drop, begin, times - begin, depths, acceleration, per_step,
-                                   min(off, off_steps), aside))
-    return require_data(fitted, 'no fall was long enough')
+    measured = [measure_fall(record, drop) for drop in dropped(record)]
+    return require_data([fall for fall in measured if fall is not None], 'no fall was long enough')
+
+
+def measure_fall(record: Record, drop: DropWatch) -> MeasuredFall | None:
+    """Fit a model to the fall in a drop, or return None if too few transforms show the fall."""
+    released = drop.released or 0
+    track = [(stamp, brick.position) for stamp, brick in record.brick_track(
+                 released, drop.down or drop.end)]
+    # If no landing was observed, the brick may have fallen through the ground.
+    has_ended = drop.down is not None or any(position[2] <= 0.0 for _, position in track)
+    falling = [(stamp, position) for stamp, position in track
+               if 0.0 < position[2] < drop.place[2] - NEAR]
+    depths = numpy.array([drop.place[2] - position[2] for _, position in falling])
+    if not has_ended or len(falling) < 10 or depths[-1] == depths[0]:
+        return None
+    times = numpy.array([(stamp - released) * SECONDS_PER_NS for stamp, _ in falling])
+    _, start = track[0]
+    aside = numpy.array([dist(position[:2], start[:2]) for _, position in falling])
+    # A timestamp may be the time of a timer callback, which can be late on any machine. A step
+    # may also be late or skipped although each step is right.
+    begin, acceleration, off = fit_fall(times, depths, STEP)
+    steps = STEP * numpy.arange(len(depths), dtype=float)
+    _, per_step, off_steps = fit_fall(steps, depths, 0.0)
+    return MeasuredFall(drop, begin, times - begin, depths, acceleration, per_step,
+                        min(off, off_steps), aside)
 
 
 def fit_fall(times: Array, depths: Array, late: float) -> tuple[float, float, float]:
@@ -435,22 +457,25 @@ def falls_are_parabolas(record: Record) -> Finding:
 
 def judge_landing(record: Record, caught: bool) -> Finding:
     """Judge the heights at which bricks landed on the platform (if `caught`) or on the ground."""
-    gravity, met = record.profile.numbers.get('gravity_accel', NUMBERS['gravity_accel']), True
     surface = 'platform' if caught else 'ground'
-    landed = []
+    landings = []  # Heights (m) at which bricks were dropped and at which they landed.
     for drop in dropped(record):
         if drop.landed is not None and drop.caught is caught:
-            track = [] if caught else record.brick_track(drop.released or 0, drop.end)
             # A brick may sink into the ground and then jump to it.
-            landed.append((drop.place[2], min([
+            track = [] if caught else record.brick_track(drop.released or 0, drop.end)
+            landings.append((drop.place[2], min([
                 drop.landed[2], *(brick.position[2] for _, brick in track)])))
-    require_data(landed, f'no brick has landed on the {surface}')
+    require_data(landings, f'no brick has landed on the {surface}')
+
     surfaces = [number(record, 'platform_height') if caught else 0.0]
     with suppress(Failed):  # The top of the platform may be above or below platform_height.
         surfaces += [model(record).platform_heights()[1]] if caught else []
-    lowest, highest, bottom = min(surfaces), max(surfaces), min(brick_corners(record)[:, 2])
-    heights = [height + bottom for _, height in landed]
-    for (start, _), height in zip(landed, heights):
+    lowest, highest = min(surfaces), max(surfaces)
+    bottom = min(brick_corners(record)[:, 2])
+    gravity = record.profile.numbers.get('gravity_accel', NUMBERS['gravity_accel'])
+
+    met, heights = True, [height + bottom for _, height in landings]
+    for (start, _), height in zip(landings, heights):
         # At the end of the last time step, the brick may be below the surface on which it lands.
         step = sqrt(2.0 * gravity * max(start + bottom - lowest, 0.0)) * STEP
         met = met and lowest - step - NEAR <= height <= highest + step + NEAR
@@ -473,38 +498,41 @@ def catches(record: Record) -> list[DropWatch]:
                         'no brick has landed on the platform')
 
 
+def measure_ride(record: Record, drop: DropWatch) -> tuple[float, float, float]:
+    """Return a brick's motions (m) on the platform: at the landing, in total, and at most."""
+    down, places = drop.down or 0, []
+    # When the platform tilts, its pose in TF may be late.
+    for stamp, brick in thin(record.brick_track(down, (drop.tilted or drop.end) - 20_000_000)):
+        platform = record.pose('platform', stamp)
+        if platform is not None and inclination(platform) <= SAME_ANGLE:
+            places.append(platform.locate(brick.position)[:2])
+    if len(places) < 2:
+        raise Open('the platform was never level, or its pose unknown, with a brick on it')
+    landed = require(drop.landed, 'the brick did not land')
+    # If the robot drives at the landing, the brick may lag then.
+    platforms = [record.pose('platform', down - 2 * delay) for delay in DELAYS]
+    driven = max_motion(platform.position for platform in platforms if platform is not None)
+    return (max(dist(landed[:2], drop.place[:2]) - driven, 0.0),
+            max(dist(places[-1], places[0]) - driven, 0.0), max_motion(places))
+
+
 @rule('brick: rides', 'If the brick hits the platform it should move with the platform',
       f'the brick keeps its place on the platform within {MAX_JUMP} m while the robot is at rest, '
       f'and lags by at most {MAX_LAG:g} s while the robot drives', ['frames: robot', 'place'],
       needs_calm=True)
 def brick_rides(record: Record) -> Finding:
-    rest, moving, landing = [], [], []
-    for drop in catches(record):
-        track = record.brick_track(drop.down or 0, (drop.tilted or drop.end) - 20_000_000)
-        # When the platform tilts, its pose in TF may be late.
-        places = [platform.locate(brick.position)[:2] for stamp, brick in thin(track)
-                  if (platform := record.pose('platform', stamp)) is not None
-                  and inclination(platform) <= SAME_ANGLE]
-        if len(places) < 2:
-            raise Open('the platform was never level, or its pose unknown, with a brick on it')
-        moving.append(max_motion(places))
-        driven = max_motion(platform.position for delay in DELAYS if (
-            platform := record.pose('platform', (drop.down or 0) - 2 * delay)) is not None)
-        landed = require(drop.landed, 'the brick did not land')
-        # If the robot drives at the landing, the brick may lag then.
-        rest.append(max(dist(places[-1], places[0]) - driven, 0.0))
-        landing.append(max(dist(landed[:2], drop.place[:2]) - driven, 0.0))
+    rides = [measure_ride(record, drop) for drop in catches(record)]
+    landing, total, moving = (largest(motions) for motions in zip(*rides))
     allowed = top_speed(record) * MAX_LAG + NEAR
-    met = largest([*rest, *landing]) <= MAX_JUMP and largest(moving) <= allowed
-    return Finding(met, f'moved by {largest(landing):.4f} m at the landing, {largest(rest):.4f} m '
-                   f'in total and {largest(moving):.4f} m (limit {allowed:.3f} m) while driving, '
-                   f'in {len(rest)} rides')
+    met = largest([total, landing]) <= MAX_JUMP and moving <= allowed
+    return Finding(met, f'moved by {landing:.4f} m at the landing, {total:.4f} m in total and '
+                   f'{moving:.4f} m (limit {allowed:.3f} m) while driving, in {len(rides)} rides')
 
 
 def close_platforms(record: Record, stamp: int) -> list[Pose]:
     """Return the known poses of the platform shortly before and after a time (ns)."""
-    return [platform for lag in LAGS
-            if (platform := record.pose('platform', stamp - lag)) is not None]
+    platforms = [record.pose('platform', stamp - lag) for lag in LAGS]
+    return [platform for platform in platforms if platform is not None]
 
 
 @rule('brick: angle', 'The angle of the brick … the same as the angle of the platform … at all '
@@ -519,10 +547,10 @@ def brick_has_the_angle(record: Record) -> Finding:
                 continue
             if inclination(brick) <= SAME_ANGLE and inclination(platform) <= SAME_ANGLE:
                 level += 1
-                continue
-            # The brick may have any angle that the platform has shortly before or after.
-            off.append(min(angle_between(brick.upright, before.upright)
-                           for before in close_platforms(record, stamp)))
+            else:
+                # The brick may have any angle that the platform has shortly before or after.
+                off.append(min(angle_between(brick.upright, close.upright)
+                               for close in close_platforms(record, stamp)))
     require_data(off, 'neither the brick nor the platform was inclined while both were known')
     usual = largest(sorted(off)[:len(off) - len(off) // 100])
     text = f'at most {usual:.4f} rad apart in {len(off)} inclined poses, and {level} level poses'
@@ -531,26 +559,35 @@ def brick_has_the_angle(record: Record) -> Finding:
     return Finding(usual <= SAME_ANGLE, text)
 
 
-def compare_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]],
-                  tilts: list[tuple[int, float]]) -> tuple[float, float, Plot]:
+def slide_track(record: Record, begin: int, end: int
+                ) -> Iterator[tuple[int, Pose, list[Pose]]]:
+    """Yield the time (ns), the brick and all close_platforms, unless one of them is unknown."""
+    for stamp, brick in record.brick_track(begin, end):
+        platforms = close_platforms(record, stamp)
+        if len(platforms) == len(LAGS):
+            yield stamp, brick, platforms
+
+
+def fit_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]],
+              tilts: list[tuple[int, float]]) -> tuple[float, float, Plot]:
     """
-    Fit a frictionless slide with an unknown delay and gravity to a slide.
+    Fit a frictionless slide with an unknown delay and gravity to a slide_track.
 
-    Return the maximum deviation (m), the ratio of the fitted gravity to the given one, and a plot.
-
-    :param track: times (ns), poses of the brick and close_platforms
     :param tilts: times (ns) and angles (rad) of the platform joint
+    :return: maximum deviation (m), ratio of the fitted gravity to the given one, and plot
     """
     steepest = max((platforms[0] for _, _, platforms in track), key=inclination)
     downhill = -steepest.axes[2, :2] / (hypot(*steepest.axes[2, :2]) or 1.0)
     measured = numpy.array([[
         platform.locate(brick.position)[:2] @ downhill for platform in platforms]
         for _, brick, platforms in track])
-    stamps = numpy.array([stamp for stamp, _, _ in track])
-    tilted, angles = (numpy.array(values) for values in zip(*tilts))
-    times = (stamps - stamps[0]) * SECONDS_PER_NS
-    steps, fits = numpy.diff(times, prepend=times[0]), []
     places = measured[:, LAGS.index(0)]
+    stamps = numpy.array([stamp for stamp, _, _ in track])
+    times = (stamps - stamps[0]) * SECONDS_PER_NS
+    steps = numpy.diff(times, prepend=times[0])
+    tilted, angles = (numpy.array(values) for values in zip(*tilts))
+
+    fits = []
     for delay in DELAYS:
         latest = numpy.maximum(numpy.searchsorted(tilted, stamps - delay, 'right') - 1, 0)
         gains = gravity * numpy.abs(numpy.sin(angles[latest])) * steps  # Of speed in each step.
@@ -568,54 +605,56 @@ def compare_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]],
       f'g sin(angle) ± {SLIDE_TOLERANCE:.0%} down the slope, within {SLIDE_DEVIATION} m',
       ['brick: rides'], needs_calm=True)
 def slides_are_frictionless(record: Record) -> Finding:
-    gravity, slides = number(record, 'gravity_accel'), []
-    drops, joint = catches(record), model(record).joint('platform')
+    gravity, drops, slides = number(record, 'gravity_accel'), catches(record), []
+    joint = model(record).joint('platform')
     for drop in drops:
         if drop.tilted is not None:
             # If the brick never leaves the platform, only the first second of the slide is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
-            track = [(stamp, brick, platforms) for stamp, brick in record.brick_track(
-                         drop.tilted - 2 * BEFORE_NS, end)
-                     if len(platforms := close_platforms(record, stamp)) == len(LAGS)]
+            track = list(slide_track(record, drop.tilted - 2 * BEFORE_NS, end))
             tilts = record.joint(joint.name, drop.tilted - NS_PER_SECOND, end)
             if track and tilts:  # On a busy machine, the poses may be unknown.
-                slides.append(compare_slide(gravity, track, tilts))
+                slides.append(fit_slide(gravity, track, tilts))
     off, ratios, plots = zip(*require_data(slides, 'no tilted brick was observed'))
-    met = largest(off) <= SLIDE_DEVIATION and largest(
-        abs(ratio - 1.0) for ratio in ratios) <= SLIDE_TOLERANCE
-    return Finding(met, f'{min(ratios):.2f} to {max(ratios):.2f} of g sin(angle), at most '
+    error = largest(abs(ratio - 1.0) for ratio in ratios)
+    return Finding(largest(off) <= SLIDE_DEVIATION and error <= SLIDE_TOLERANCE,
+                   f'{min(ratios):.2f} to {max(ratios):.2f} of g sin(angle), at most '
                    f'{largest(off):.4f} m off in {len(slides)} slides', plots[0])
+
+
+def end_of_slide(record: Record, drop: DropWatch, radius: float) -> tuple[float, float] | None:
+    """Return the distances (m) from the platform's edge and from the plane of the slide."""
+    if drop.floated is None or drop.tilted is None:
+        return None
+    length, width, _ = numpy.ptp(brick_corners(record), axis=0)
+    before = record.on_platform(drop.tilted - 2 * BEFORE_NS)
+    brick = record.pose('brick', drop.floated)
+    platforms = close_platforms(record, drop.floated)
+    if not platforms or brick is None or before is None:
+        return None  # On a busy machine, a pose may be unknown.
+    ends = []
+    for platform in platforms:
+        forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
+        clearance = distance_to_rectangle(
+            place[:2], atan2(forward[1], forward[0]), (length, width)) - radius
+        ends.append((clearance, abs(place[2] - before[2])))
+    # TF may contain the pose that the platform had shortly before.
+    return min(ends, key=lambda end: (abs(end[0]), end[1], end[0]))
 
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
       'the slide stays on the plane of the platform and ends when the trailing edge has cleared '
       'the platform', needs_calm=True)
 def slides_end_at_the_edge(record: Record) -> Finding:
-    radius, clearances, heights = number(record, 'platform_radius'), [], []
-    for drop in catches(record):
-        if drop.floated is None or drop.tilted is None:
-            continue
-        size = numpy.ptp(brick_corners(record), axis=0)
-        before = record.on_platform(drop.tilted - 2 * BEFORE_NS)
-        brick = record.pose('brick', drop.floated)
-        platforms = close_platforms(record, drop.floated)
-        if not platforms or brick is None or before is None:
-            continue  # On a busy machine, a pose may be unknown.
-        ends = []
-        for platform in platforms:
-            forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
-            clearance = distance_to_rectangle(
-                place[:2], atan2(forward[1], forward[0]), (size[0], size[1])) - radius
-            ends.append((abs(clearance), abs(place[2] - before[2]), clearance))
-        # TF may contain the pose that the platform had shortly before.
-        _, height, clearance = min(ends)
-        clearances.append(clearance)
-        heights.append(height)
-    require_data(clearances, 'no brick has slid off')
-    return Finding(min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
-                   and largest(heights) <= SLIDE_DEVIATION,
-                   ', '.join(f'{clearance:+.3f}' for clearance in clearances)
-                   + f' m from the platform to the brick, {largest(heights):.3f} m off the plane')
+    radius = number(record, 'platform_radius')
+    ends = [end_of_slide(record, drop, radius) for drop in catches(record)]
+    clearances, heights = zip(*require_data([end for end in ends if end is not None],
+                                            'no brick has slid off'))
+    met = (min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
+           and largest(heights) <= SLIDE_DEVIATION)
+    distances = ', '.join(f'{clearance:+.3f}' for clearance in clearances)
+    return Finding(met, f'{distances} m from the platform to the brick, '
+                   f'{largest(heights):.3f} m off the plane')
 
 
 @rule('brick: floats', 'it magically floats in place',
@@ -634,9 +673,8 @@ def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda d
     # A catcher may be busy with the previous brick.
     busy = {id(later) for drop, later in pairwise(record.whole.drops)
             if drop.caught and not drop.leveled}
-    landed = require_data([drop for drop in dropped(record)
-                           if drop.down is not None and id(drop) not in busy],
-                          'no brick has landed')
+    landed = [drop for drop in dropped(record) if drop.down is not None and id(drop) not in busy]
+    require_data(landed, 'no brick has landed')
     return require_data([drop for drop in landed if is_relevant(drop)],
                         'no brick landed in a drop that tests this requirement')
 
@@ -651,28 +689,34 @@ def name_of(drop: DropWatch) -> str:
 def verdicts_come_in_time(record: Record) -> Finding:
     # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
     drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
-    faults = []
-    for drop in drops:
-        early = [*record.messages('goal_pose', drop.begin, drop.requested), *(
-            text for text in record.markers if drop.begin <= text.published < (drop.requested or 0)
-            and says_unreachable(text.marker) and text.marker.action == ADD)]
-        if early:
-            faults.append(f'{name_of(drop)} was judged before it fell')
-        elif drop.decided is None:
-            faults.append(f'no verdict on {name_of(drop)}')
-        elif (late := (drop.decided - (drop.down or 0)) * SECONDS_PER_NS) >= 0.0:
-            faults.append(f'{late:.3f} s late on {name_of(drop)}')
-    return from_faults(faults, len(drops), 'in time')
+    faults = [verdict_fault(record, drop) for drop in drops]
+    return from_faults([fault for fault in faults if fault], len(drops), 'in time')
+
+
+def verdict_fault(record: Record, drop: DropWatch) -> str:
+    """Return what is wrong with the time of the verdict on a brick, or ''."""
+    begin, requested = drop.begin, drop.requested or 0
+    texts = [received for received in record.markers if begin <= received.published < requested
+             and says_unreachable(received.marker) and received.marker.action == ADD]
+    if texts or record.messages('goal_pose', begin, drop.requested):
+        return f'{name_of(drop)} was judged before it fell'
+    if drop.decided is None:
+        return f'no verdict on {name_of(drop)}'
+    late = (drop.decided - (drop.down or 0)) * SECONDS_PER_NS
+    return f'{late:.3f} s late on {name_of(drop)}' if late >= 0.0 else ''
 
 
 @rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
       'a brick is caught if and only if it was not called Unreachable',
       ['verdict: out of reach', 'verdict: in reach'], needs_calm=True)
 def verdicts_come_true(record: Record) -> Finding:
-    drops = completed(record)
-    return from_faults([
-        f'{name_of(drop)} was {"refused but caught" if drop.caught else "missed but not refused"}'
-        for drop in drops if bool(drop.refusals) is drop.caught], len(drops), 'bricks')
+    drops, faults = completed(record), []
+    for drop in drops:
+        if drop.caught and drop.refusals:
+            faults.append(f'{name_of(drop)} was refused but caught')
+        elif not drop.caught and not drop.refusals:
+            faults.append(f'{name_of(drop)} was missed but not refused')
+    return from_faults(faults, len(drops), 'bricks')
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
@@ -692,17 +736,19 @@ def text_is_a_text(record: Record) -> Finding:
 
 def visible_until(record: Record, text: ReceivedMarker) -> float:
     """Return the time (ns) of a text marker's expiration or deletion, or infinity."""
+    expired = text.published + (nanoseconds_of(text.marker.lifetime) or inf)
     deleted = [received.published for received in record.markers if received.topic == text.topic
                and received.marker.action in DELETE_ACTIONS
                and received.published > text.published]
-    return min([text.published + (nanoseconds_of(text.marker.lifetime) or inf), *deleted])
+    return min([expired, *deleted])
 
 
 def is_text_visible(record: Record, time: int) -> bool:
     """Return whether, at a time (ns), an "Unreachable" marker is neither expired nor deleted."""
-    text = next((received for received in reversed(record.markers) if says_unreachable(
-        received.marker) and received.marker.action == ADD), None)
-    return text is not None and visible_until(record, text) > time
+    for received in reversed(record.markers):
+        if says_unreachable(received.marker) and received.marker.action == ADD:
+            return visible_until(record, received) > time
+    return False
 
 
 @rule('text: time', 'a Text marker that lasts for 3 seconds',
@@ -710,18 +756,20 @@ def is_text_visible(record: Record, time: int) -> bool:
 def text_lasts(record: Record) -> Finding:
     judged = {drop.begin for drop in require_data(record.drops, 'nothing was dropped')}
     begins = [*(drop.begin for drop in record.whole.drops), inf]
-    texts_per_fall = [[received for received in texts(record)
-                       if begin <= received.published < end and received.marker.action == ADD]
-                      for begin, end in pairwise(begins) if begin in judged]
-    times = [(visible_until(record, published[-1]) - published[0].published) * SECONDS_PER_NS
-             for published in texts_per_fall if published]
+    added = [text for text in texts(record) if text.marker.action == ADD]
+    groups = [[text for text in added if begin <= text.published < end]
+              for begin, end in pairwise(begins) if begin in judged]
+    groups = [group for group in groups if group]
+
+    times = [(visible_until(record, group[-1]) - group[0].published) * SECONDS_PER_NS
+             for group in groups]
+    lifetimes = [nanoseconds_of(group[-1].marker.lifetime) * SECONDS_PER_NS
+                 for group in groups if len(group) == 1]
     off = [abs(time - LIFETIME) for time in times]
-    text = ', '.join(f'{time:.2f} s' if time < inf else 'without end' for time in times)
-    lifetimes = [nanoseconds_of(published[-1].marker.lifetime) * SECONDS_PER_NS
-                 for published in texts_per_fall if len(published) == 1]
+    measured = ', '.join(f'{time:.2f} s' if time < inf else 'without end' for time in times)
     if lifetimes == times and off and min(off) > LIFETIME_TOLERANCE:
-        raise Failed(text)
-    return Finding(bool(times) and max(off) <= LIFETIME_TOLERANCE, text)
+        raise Failed(measured)
+    return Finding(bool(times) and max(off) <= LIFETIME_TOLERANCE, measured)
 
 
 @rule('carry', 'the robot drives back to the arena center and tilts the brick off',
@@ -769,11 +817,15 @@ def caught_bricks_are_tipped_off(record: Record) -> Finding:
       needs_calm=True)
 def platform_is_leveled(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.floated)
-    begins = [drop.begin for drop in record.whole.drops]
+    faults = [f'still tilted after {name_of(drop)}' for drop in drops
+              if not drop.leveled and not is_level_at_next_drop(record, drop)]
+    return from_faults(faults, len(drops), 'leveled')
 
-    def is_level(drop: DropWatch) -> bool:
-        later = [record.pose('platform', begin) for begin in begins if begin > drop.begin][:1]
-        return any(platform is not None and inclination(platform) < LEVEL for platform in later)
 
-    return from_faults([f'still tilted after {name_of(drop)}' for drop in drops
-                        if not drop.leveled and not is_level(drop)], len(drops), 'leveled')
+def is_level_at_next_drop(record: Record, drop: DropWatch) -> bool:
+    """Return whether the platform is level when the next brick is dropped."""
+    for later in record.whole.drops:
+        if later.begin > drop.begin:
+            platform = record.pose('platform', later.begin)
+            return platform is not None and inclination(platform) < LEVEL
+    return False

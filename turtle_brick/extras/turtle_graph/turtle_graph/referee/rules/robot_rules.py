@@ -60,17 +60,22 @@ GLOBAL_TOPICS = ('/tf', '/tf_static', '/rosout', '/parameter_events', '/clock')
 def frame(record: Record, name: str, parent: str = '') -> Frame:
     """Return a frame, or raise Failed if the frame is absent or has the wrong parent."""
     require_clear(record, name, f'frame {record.actual(name)}')
-    found = require(record.frames.get(record.actual(name)), f'no node broadcasts {name}')
-    parents = {sample.parent for sample in found.samples}
+    broadcast = require(record.frames.get(record.actual(name)), f'no node broadcasts {name}')
+    parents = {sample.parent for sample in broadcast.samples}
     if parent and parents != {record.actual(parent)}:
         raise Failed(f'the parent of {name} is {", ".join(sorted(parents))}')
-    return found
+    return broadcast
 
 
 def messages(record: Record, name: str) -> list[Received]:
     """Return all messages received on a topic, or raise Failed if there are none."""
     require_clear(record, name)
     return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
+
+
+def turtle_track(record: Record, begin: int, end: int) -> list[tuple[float, float]]:
+    """Return the positions (m) of the turtle in turtlesim between two times (ns)."""
+    return [(pose.message.x, pose.message.y) for pose in record.messages('pose', begin, end)]
 
 
 def drives(record: Record) -> list[Drive]:
@@ -84,8 +89,8 @@ def drives(record: Record) -> list[Drive]:
       'every frame is a descendant of world', ['frames: odom', 'frames: brick', 'frames: robot'])
 def all_below_world(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
-    finding = from_faults([f'{name} is not below world' for name in record.frames
-                           if record.ancestors(name)[-1] != record.actual('world')],
+    lost = [name for name in record.frames if record.ancestors(name)[-1] != record.actual('world')]
+    finding = from_faults([f'{name} is not below world' for name in lost],
                           len(record.frames), 'frames')
     require(finding.met or None, finding.measured)  # No node broadcasts the missing connection.
     return finding
@@ -110,12 +115,11 @@ def base_link_is_the_turtle(record: Record) -> Finding:
     frame(record, 'base_link', 'odom')
     require_clear(record, 'pose')
     off = []
-    for end in (*(end for _, end in record.idle), *(drive.end for drive in record.drives)):
-        poses = record.messages('pose', end - 150_000_000, end)
+    for end in [*(end for _, end in record.idle), *(drive.end for drive in record.drives)]:
+        turtle = turtle_track(record, end - 150_000_000, end)
         base = record.pose('base_link', end - 20_000_000)
-        if poses and base and dist(*(
-                (pose.message.x, pose.message.y) for pose in (poses[0], poses[-1]))) <= EXACT:
-            off.append(dist(base.position[:2], (poses[-1].message.x, poses[-1].message.y)))
+        if turtle and base and dist(turtle[0], turtle[-1]) <= EXACT:
+            off.append(dist(base.position[:2], turtle[-1]))
     return within(NEAR, off, 'the turtle was not observed at rest')
 
 
@@ -123,9 +127,9 @@ def base_link_is_the_turtle(record: Record) -> Finding:
       'every link of the URDF is a frame below base_link, and the wheel is on the ground')
 def links_are_frames(record: Record) -> Finding:
     robot = model(record)
-    finding = from_faults([f'{link} is not in TF' for link in robot.links if link != 'base_link'
-                           and record.actual('base_link') not in record.ancestors(link)],
-                          len(robot.links), 'links')
+    absent = [link for link in robot.links if link != 'base_link'
+              and record.actual('base_link') not in record.ancestors(link)]
+    finding = from_faults([f'{link} is not in TF' for link in absent], len(robot.links), 'links')
     require(finding.met or None, finding.measured)
     radius = record.profile.numbers.get('wheel_radius')
     wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
@@ -160,10 +164,11 @@ def one_broadcaster(record: Record) -> Finding:
       'the timestamps of transforms, odom and joint_states are the current time')
 def timestamps_are_current(record: Record) -> Finding:
     require(record.frames or None, 'no node broadcasts any frame')
-    wrong = [*(name for name, frame in record.frames.items() if frame.wrong_stamps),
-             *(f'messages on {record.profile.topics[name]}' for name in ('odom', 'joint_states')
-               if any(stamp_of(received) != nanoseconds_of(received.message.header.stamp)
-                      for received in record.topics[name]))]
+    wrong = [name for name, frame in record.frames.items() if frame.wrong_stamps]
+    for name in ('odom', 'joint_states'):
+        if any(stamp_of(received) != nanoseconds_of(received.message.header.stamp)
+               for received in record.topics[name]):
+            wrong.append(f'messages on {record.profile.topics[name]}')
     return Finding(not wrong, f'0 or far from the current time: {", ".join(wrong)}' if wrong else
                    f'current in {len(record.frames)} frames')
 
@@ -183,35 +188,43 @@ def names_are_relative(record: Record) -> Finding:
 
 def pooled_rate(spans: list[list[float]]) -> float:
     """Return the message rate (Hz) in several time spans together, from the timestamps (s)."""
-    counts, rates = [len(times) - 1 for times in spans], [message_rate(times) for times in spans]
-    elapsed = sum(count / rate for count, rate in zip(counts, rates) if rate)
-    return sum(count for count, rate in zip(counts, rates) if rate) / elapsed if elapsed else 0.0
+    count, elapsed = 0, 0.0
+    for times in spans:
+        rate = message_rate(times)
+        if rate:
+            count += len(times) - 1
+            elapsed += (len(times) - 1) / rate
+    return count / elapsed if elapsed else 0.0
+
+
+def timestamps(record: Record, name: str, begin: int, end: int) -> list[float]:
+    """Return the timestamps (s) of a topic or frame, or raise Failed if the record has none."""
+    if name in record.topics:
+        messages(record, name)
+        stamps = [stamp_of(received) for received in record.messages(name, begin, end)]
+    else:
+        stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
+    return [stamp * SECONDS_PER_NS for stamp in stamps]
 
 
 def judge_rate(record: Record, name: str, nominal: float) -> Finding:
     """Compare the rate of a topic or frame with a nominal rate (Hz) at rest and in all drives."""
     require_data(record.idle, 'the graph was not observed')
-    times_of: dict[str, list[list[float]]] = {'at rest': [], 'driving': []}
-    spans = [('driving', drive.begin, drive.end) for drive in record.drives]
-    for label, begin, end in (*(('at rest', *span) for span in record.idle), *spans):
-        if name in record.topics:
-            messages(record, name)
-            stamps = [stamp_of(received) for received in record.messages(name, begin, end)]
-            if name == 'cmd_vel' and label == 'at rest' and not stamps:
-                continue  # The requirement "cmd_vel: at rest" judges missing commands.
-        else:
-            stamps = [sample.stamp for sample in frame(record, name).between(begin, end)]
-        times_of[label].append([stamp * SECONDS_PER_NS for stamp in stamps])
-    rates = {label: pooled_rate(times) for label, times in times_of.items() if times}
-    text = ', '.join(f'{rate:.2f} Hz {label}' for label, rate in rates.items())
-    ending = f'/{record.profile.topics.get(name, name)}'
-    for nodes in (nodes for topic, nodes in record.publishers.items() if topic.endswith(ending)):
-        text += f', published by {" and ".join(sorted(nodes))}' if len(nodes) > 1 else ''
+    at_rest = [timestamps(record, name, begin, end) for begin, end in record.idle]
+    driving = [timestamps(record, name, drive.begin, drive.end) for drive in record.drives]
+    if name == 'cmd_vel':  # The requirement "cmd_vel: at rest" judges missing commands.
+        at_rest = [times for times in at_rest if times]
+    rates = {label: pooled_rate(spans) for label, spans in (
+        ('at rest', at_rest), ('driving', driving)) if spans}
     met = all(abs(rate / nominal - 1.0) <= RATE_TOLERANCE for rate in rates.values())
+    text = ', '.join(f'{rate:.2f} Hz {label}' for label, rate in rates.items())
+    for topic, nodes in record.publishers.items():
+        if topic.endswith(f'/{record.profile.topics.get(name, name)}') and len(nodes) > 1:
+            text += f', published by {" and ".join(sorted(nodes))}'
     if name == 'brick' and not met and max(rates.values()) <= nominal * (1.0 + RATE_TOLERANCE):
         raise Open(f'{text}; the physics may run at {nominal:g} Hz, but the brick is not '
                    'broadcast in every step')
-    single = [message_rate(times) for times in sum(times_of.values(), [])]
+    single = [message_rate(times) for times in [*at_rest, *driving]]
     if not met and len(single) >= MIN_STEADY and max(single) - min(single) <= STEADY * nominal:
         raise Failed(text)  # The load would not reduce all rates equally.
     return Finding(met, text)
@@ -255,36 +268,43 @@ def commands_at_rest(record: Record) -> Finding:
                    f'{len(speeds)} commands, at most {largest(speeds):.3f}')
 
 
+def require_frames(record: Record, odometry: Any) -> None:
+    """Raise Failed unless an odometry message contains the pose of base_link in odom."""
+    names = [name.removeprefix('/') for name in (
+        odometry.header.frame_id, odometry.child_frame_id)]
+    if names != [record.actual('odom'), record.actual('base_link')]:
+        parent, child = (repr(name) if name else 'a frame without a name' for name in names)
+        raise Failed(f'odom contains the pose of {child} in {parent}')
+
+
 @rule('odom: pose', 'Publishing nav_msgs/Odometry message on the odom topic',
       'the pose of base_link in odom, equal to a pose in TF at the same time ± '
       f'{ODOM_DELAY_NS * SECONDS_PER_NS:g} s, except for one turtlesim tick',
       ['frames: base_link'], needs_calm=True)
 def odometry_equals_tf(record: Record) -> Finding:
-    off, turned, base = [], [], frame(record, 'base_link', 'odom').samples
-    stamps = numpy.array([sample.stamp for sample in base])
-    places = numpy.array([sample.pose.position[:2] for sample in base])
-    headings = numpy.array([sample.pose.axes[:2, 0] for sample in base])
-    # Between two transforms, the robot may have moved for one step of turtlesim.
-    allowed = step_length(record) + EXACT
+    transforms = frame(record, 'base_link', 'odom').samples
+    stamps = numpy.array([sample.stamp for sample in transforms])
+    places = numpy.array([sample.pose.position[:2] for sample in transforms])
+    headings = numpy.array([sample.pose.axes[:2, 0] for sample in transforms])
     messages(record, 'odom')
-    for odometry in (received for begin, end in record.trial_spans()
-                     for received in record.messages('odom', begin, end)):
-        frames = [name.removeprefix('/') for name in (
-            odometry.message.header.frame_id, odometry.message.child_frame_id)]
-        if frames != [record.actual('odom'), record.actual('base_link')]:
-            raise Failed('odom contains the pose of {} in {}'.format(*(
-                repr(name) if name else 'a frame without a name' for name in frames[::-1])))
-        pose, stamp = odometry.message.pose.pose, stamp_of(odometry)
-        there = read_pose(pose.position, pose.orientation)
-        first, last = numpy.searchsorted(stamps, (stamp - ODOM_DELAY_NS, stamp + ODOM_DELAY_NS))
-        if first < last:
-            off.append(min(numpy.hypot(*(places[first:last] - there.position[:2]).T)))
-            turned.append(min(numpy.hypot(*(headings[first:last] - there.axes[:2, 0]).T)))
+    off, turned = [], []
+    for begin, end in record.trial_spans():
+        for odometry in record.messages('odom', begin, end):
+            require_frames(record, odometry.message)
+            pose, stamp = odometry.message.pose.pose, stamp_of(odometry)
+            there = read_pose(pose.position, pose.orientation)
+            near = slice(*numpy.searchsorted(
+                stamps, (stamp - ODOM_DELAY_NS, stamp + ODOM_DELAY_NS)))
+            if len(stamps[near]):
+                off.append(min(numpy.hypot(*(places[near] - there.position[:2]).T)))
+                turned.append(min(numpy.hypot(*(headings[near] - there.axes[:2, 0]).T)))
     require_data(off, 'there is no odometry message at the time of a transform')
     text = f'at most {largest(off):.3f} m and {largest(turned):.3f} rad off in {len(off)} messages'
     late = top_speed(record) * ODOM_LOAD_DELAY
     if numpy.quantile(off, 0.9) > late or median(turned) > SAME_ANGLE:
         raise Failed(text)
+    # Between two transforms, the robot may have moved for one step of turtlesim.
+    allowed = step_length(record) + EXACT
     return Finding(largest(off) <= allowed and largest(turned) <= SAME_ANGLE, text)
 
 
@@ -440,9 +460,9 @@ def model_has_the_numbers(record: Record) -> Finding:
 def goals_are_reached(record: Record) -> Finding:
     off = []
     for drive in drives(record):
-        poses = require(record.messages('pose', drive.begin, drive.end) or None,
+        track = require(turtle_track(record, drive.begin, drive.end) or None,
                         'the robot was not observed')
-        off.append(dist((poses[-1].message.x, poses[-1].message.y), drive.goal))
+        off.append(dist(track[-1], drive.goal))
     return within(PRECISION, off, '', 'at most {:.3f} m off in {} drives', IMPRECISION)
 
 
@@ -451,11 +471,11 @@ def deviations(record: Record) -> Iterator[tuple[float, float]]:
     for drive in drives(record):
         (x0, y0), (x1, y1) = drive.start, drive.goal
         ux, uy = (x1 - x0) / drive.length, (y1 - y0) / drive.length
-        offsets = [(received.message.x - x1, received.message.y - y1)
-                   for received in record.messages('pose', drive.begin, drive.end)]
+        offsets = [(x - x1, y - y1) for x, y in turtle_track(record, drive.begin, drive.end)]
         # A robot that ends far from the goal has not driven to it.
-        for dx, dy in offsets if offsets and hypot(*offsets[-1]) < drive.length / 2.0 else ():
-            yield dx * ux + dy * uy, dy * ux - dx * uy
+        if offsets and hypot(*offsets[-1]) < drive.length / 2.0:
+            for dx, dy in offsets:
+                yield dx * ux + dy * uy, dy * ux - dx * uy
 
 
 @rule('drive: straight', 'the stem points in that direction and then the robot translates',
@@ -507,15 +527,17 @@ def motion_between(start: Pose, end: Pose) -> Array:
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
-    robot, configured = model(record), record.profile.numbers.get('wheel_radius')
-    radius = configured or robot.wheel().size[0]
+    robot = model(record)
+    radius = record.profile.numbers.get('wheel_radius') or robot.wheel().size[0]
     joint, stem = robot.joint('wheel'), robot.joint('stem').name
-    driven = rolled = direction = 0.0
     # TF contains the stem angle too, but robot_state_publisher may publish it at a low rate.
-    stems = angles_in(record, stem, drive)
-    track = [(angle, base, nearest(stems, stamp))
-             for stamp, angle in thin(angles_in(record, joint.name, drive))
-             if (base := record.pose('base_link', stamp)) is not None and stems]
+    stem_angles = angles_in(record, stem, drive)
+    track = []
+    for stamp, angle in thin(angles_in(record, joint.name, drive)):
+        base = record.pose('base_link', stamp)
+        if base is not None and stem_angles:
+            track.append((angle, base, nearest(stem_angles, stamp)))
+    driven = rolled = direction = 0.0
     for (last_angle, last_base, _), (angle, base, steering) in pairwise(track):
         motion = motion_between(last_base, base)
         axis = base.axes @ robot.axis(joint, {stem: steering})
@@ -532,22 +554,24 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
                      'frames: base_link', 'frames: robot'], needs_calm=True)
 def wheel_does_not_slip(record: Record) -> Finding:
     wheel = model(record).joint('wheel').name
-    turned = largest(abs(b - a) for begin, end in record.idle for (_, a), (_, b) in pairwise(
-        record.joint(wheel, begin, end)))
-    if turned > SAME_ANGLE:
-        return Finding(False, f'the wheel turns by {turned:.2f} rad in one step while the robot '
-                       'is at rest')
-    points = [driven_and_rolled(record, drive) for drive in drives(record)]
-    driven, rolled = zip(*require_data([point for point in points if point[0] > 0.0],
+    turned = [abs(b - a) for begin, end in record.idle
+              for (_, a), (_, b) in pairwise(record.joint(wheel, begin, end))]
+    if largest(turned) > SAME_ANGLE:
+        return Finding(False, f'the wheel turns by {largest(turned):.2f} rad in one step while '
+                       'the robot is at rest')
+    measured = [driven_and_rolled(record, drive) for drive in drives(record)]
+    driven, rolled = zip(*require_data([ways for ways in measured if ways[0] > 0.0],
                                        'the robot was not observed while driving'))
+    text = (f'rolled {sum(map(abs, rolled)):.3f} m, driven {sum(driven):.3f} m in {len(driven)} '
+            'drives')
+    backward = sum(distance < 0.0 for distance in rolled)
+    if backward:
+        text += f', and backward in {backward} of them'
+    if len(rolled) > 1 and max(rolled) <= 0.0:
+        raise Failed(text)
     # Each command begins at a step of turtlesim, so the distances of a drive may differ by a step.
     met = abs(sum(rolled) - sum(driven)) <= MAX_SLIP * sum(driven) + NEAR and all(
         abs(b - a) <= MAX_SLIP * a + NEAR + step_length(record) for a, b in zip(driven, rolled))
-    backward = sum(distance < 0.0 for distance in rolled)
-    text = (f'rolled {sum(map(abs, rolled)):.3f} m, driven {sum(driven):.3f} m in {len(driven)} '
-            'drives' + (f', and backward in {backward} of them' if backward else ''))
-    if len(rolled) > 1 and max(rolled) <= 0.0:
-        raise Failed(text)
     return Finding(met, text, Plot(
         'Rolling without slipping', 'driven distance (m)', 'wheel angle x radius (m)',
         (driven, rolled), ([0.0, max(driven)], [0.0, max(driven)])))
@@ -560,27 +584,32 @@ def misalignment(record: Record, sample: Sample, stem: float, motion: Array) -> 
     return degrees(asin(min(abs(float(axis[:2] @ motion)) / hypot(*motion), 1.0)))
 
 
+def stem_lead_time(record: Record, drive: Drive, stem: str) -> float | None:
+    """Return the time (s) from the turn of the joint `stem` to the motion of the robot, if any."""
+    samples = frame(record, 'base_link').between(drive.begin, drive.end)
+    motions = [motion_between(samples[0].pose, sample.pose) for sample in samples]
+    far = [motion for motion in motions if hypot(*motion) > START_DISTANCE]
+    if not far:
+        return None
+    departure = next(sample.stamp for sample, motion in zip(samples, motions)
+                     if hypot(*motion) > EXACT)
+    turned = departure + PERIOD_NS
+    for stamp, angle in reversed(angles_in(record, stem, drive)):
+        if stamp < departure + PERIOD_NS / 2:
+            if misalignment(record, samples[0], angle, far[0]) > MAX_MISALIGNMENT:
+                break
+            turned = stamp
+    return (departure - turned) * SECONDS_PER_NS
+
+
 @rule('drive: stem first', 'the stem points in that direction and then the robot translates',
       f'the stem has turned to within {MAX_MISALIGNMENT:g} degrees when the robot starts to move',
       ['drive: stem'], needs_calm=True)
 def stem_turns_first(record: Record) -> Finding:
-    joint, lead_times = model(record).joint('stem'), []
-    for drive in drives(record):
-        samples = frame(record, 'base_link').between(drive.begin, drive.end)
-        motions = [(sample.stamp, motion_between(samples[0].pose, sample.pose))
-                   for sample in samples]
-        far = [motion for _, motion in motions if hypot(*motion) > START_DISTANCE]
-        if far:
-            departure = next(stamp for stamp, motion in motions if hypot(*motion) > EXACT)
-            angles = [(stamp, angle) for stamp, angle in angles_in(record, joint.name, drive)
-                      if stamp < departure + PERIOD_NS / 2]
-            turned = departure + PERIOD_NS
-            for stamp, angle in reversed(angles):
-                if misalignment(record, samples[0], angle, far[0]) > MAX_MISALIGNMENT:
-                    break
-                turned = stamp
-            lead_times.append((departure - turned) * SECONDS_PER_NS)
-    require_data(lead_times, 'the robot was not observed while driving')
+    stem = model(record).joint('stem').name
+    measured = [stem_lead_time(record, drive, stem) for drive in drives(record)]
+    lead_times = require_data([time for time in measured if time is not None],
+                              'the robot was not observed while driving')
     # The stem turns at infinite speed, so it may turn in the step in which the robot starts.
     return Finding(min(lead_times) >= -PERIOD_NS / 2 * SECONDS_PER_NS,
                    f'at least {min(lead_times):.3f} s before, in {len(lead_times)} drives')
@@ -592,21 +621,26 @@ def are_parallel(a: Array, b: Array) -> bool:
     return min(hypot(*a), hypot(*b)) > NEAR and degrees(turned) <= MAX_MISALIGNMENT
 
 
+def steady_motions(record: Record, drive: Drive) -> list[tuple[Sample, Array]]:
+    """Return the transforms and motions (m) of a robot that keeps its direction in a drive."""
+    samples = frame(record, 'base_link').between(drive.begin, drive.end)
+    motions = [motion_between(before.pose, after.pose)
+               for before, after in zip(samples, samples[STRIDE:])]
+    steady = [(sample, motion) for sample, before, motion, after in zip(
+                  samples[2 * STRIDE:], motions, motions[STRIDE:], motions[2 * STRIDE:])
+              if are_parallel(before, motion) and are_parallel(motion, after)]
+    return thin(steady[len(steady) // 4:3 * len(steady) // 4])
+
+
 @rule('drive: stem', 'the stem points in that direction … (while the wheel rolls)',
       f'the wheel rolls in the direction of motion, within {MAX_MISALIGNMENT:g} degrees',
       ['joint_states: names', 'URDF: stem', 'URDF: wheel'])
 def stem_points_along(record: Record) -> Finding:
     off = []
     for drive in drives(record):
-        samples = frame(record, 'base_link').between(drive.begin, drive.end)
-        motions = [(b, motion_between(a.pose, b.pose))
-                   for a, b in zip(samples, samples[STRIDE:])]
-        moving = [(sample, motion) for (_, before), (sample, motion), (_, after) in zip(
-                      motions, motions[STRIDE:], motions[2 * STRIDE:])
-                  if are_parallel(before, motion) and are_parallel(motion, after)]
+        motions = steady_motions(record, drive)
         angles = thin(angles_in(record, model(record).joint('stem').name, drive))
-        steady = moving[len(moving) // 4:3 * len(moving) // 4] if angles else []
-        for sample, motion in thin(steady):
+        for sample, motion in motions if angles else []:
             off.append(misalignment(record, sample, nearest(angles, sample.stamp), motion))
     text = 'at most {:.1f} degrees off in {} poses'
     if off and median(off) > MAX_MISALIGNMENT:
@@ -621,23 +655,24 @@ def platform_has_the_tilt(record: Record) -> Finding:
     require_clear(record, 'tilt', 'pose', 'joint_states', f'frame {record.actual("platform")}')
     for request in require_data(record.tilts, 'the platform was not tilted'):
         require_accepted(record, request)
-    robot, joint, texts, met = model(record), model(record).joint('platform'), [], True
+    robot, joint = model(record), model(record).joint('platform').name
+    texts, met = [], True
     for request in record.tilts:
-        positions = record.joint(joint.name, request.begin, request.end)
         stamp = request.end - BEFORE_NS
-        # Another node may have published an angle after the referee did.
-        sent = [received.message for received in record.messages(
-            'tilt', request.begin, stamp - BEFORE_NS)]
-        angle_sent = sent[-1] if sent else request.value
+        positions = record.joint(joint, request.begin, request.end)
         platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)
         if not positions or platform is None or base is None:
             continue
-        angle = positions[-1][1]
-        expected = base.axes @ robot.pose('platform', {joint.name: angle_sent}).upright
+        # Another node may have published an angle after the referee did.
+        angles = record.messages('tilt', request.begin, stamp - BEFORE_NS)
+        sent = angles[-1].message if angles else request.value
+        expected = base.axes @ robot.pose('platform', {joint: sent}).upright
         off = angle_between(platform.upright, expected)
-        met = met and abs(angle - angle_sent) <= SAME_ANGLE and off <= SAME_ANGLE
-        texts.append(f'{angle_sent:g} rad: joint {angle:.3f}, TF {off:.3f} off' + (
-            f' ({request.value:g} rad from the referee was replaced by another node)'
-            if abs(angle_sent - request.value) > EXACT else ''))
+        _, angle = positions[-1]
+        met = met and abs(angle - sent) <= SAME_ANGLE and off <= SAME_ANGLE
+        text = f'{sent:g} rad: joint {angle:.3f}, TF {off:.3f} off'
+        if abs(sent - request.value) > EXACT:
+            text += f' ({request.value:g} rad from the referee was replaced by another node)'
+        texts.append(text)
     require_data(texts, 'the joint or the frame of the platform was not observed')
     return Finding(met, '; '.join(texts))

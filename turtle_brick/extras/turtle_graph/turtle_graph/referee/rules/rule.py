@@ -139,19 +139,24 @@ class Rules(list[Rule]):
     def judge(self, record: Record) -> list[Judgment]:
         """Judge a record and return the failed, open and met requirements, in that order."""
         judgments = [rule(record) for rule in self]
-        causes = self.causes({one.name: one for one in judgments if one.mark == FAILED})
-        absent = {one.name for one in judgments if one.absent}
-        causes.update({name: record.crashes for name, found in causes.items()
-                       if record.crashes and absent.intersection([name, *found])})
-        judgments = [one._replace(follows=causes.get(one.name, ())) for one in judgments]
+        causes = self.causes({judgment.name: judgment for judgment in judgments
+                              if judgment.mark == FAILED})
+        absent = {judgment.name for judgment in judgments if judgment.absent}
+        for name, names in causes.items():
+            if record.crashes and absent.intersection([name, *names]):
+                causes[name] = record.crashes
+        judgments = [judgment._replace(follows=causes.get(judgment.name, ()))
+                     for judgment in judgments]
         lacks = '; '.join(filter(LACKS.search, record.crashes))
         if lacks:  # The graph may be correct in an environment that contains everything.
             behavior = {rule.name for rule in self if rule.needs_calm}
-            judgments = [one._replace(mark=OPEN, measured=lacks, follows=()) if one.mark == FAILED
-                         and (one.follows or one.absent or one.name in behavior) else one
-                         for one in judgments]
+            for index, judgment in enumerate(judgments):
+                if judgment.mark == FAILED and (
+                        judgment.follows or judgment.absent or judgment.name in behavior):
+                    judgments[index] = judgment._replace(mark=OPEN, measured=lacks, follows=())
         order = (FAILED, OPEN, MET)
-        return sorted(judgments, key=lambda one: (order.index(one.mark), bool(one.follows)))
+        return sorted(judgments, key=lambda judgment: (
+            order.index(judgment.mark), bool(judgment.follows)))
 
     def causes(self, failed: Mapping[str, Judgment]) -> dict[str, list[str]]:
         """
@@ -161,14 +166,14 @@ class Rules(list[Rule]):
         part of the graph is absent, this is the cause itself.
         """
         faults: dict[str, list[str]] = {}
-        for name, one in failed.items():
-            faults.setdefault(one.measured if one.fault else name, []).append(name)
-        found = {rule.name: sorted(failed.keys() & {*rule.depends_on})
-                 for rule in self if rule.name in failed}
-        for same in faults.values():
-            if len(same) > 1 or failed[same[0]].absent:
-                found.update({same[0]: [], **{name: same[:1] for name in same[1:]}})
-        return found
+        for name, judgment in failed.items():
+            faults.setdefault(judgment.measured if judgment.fault else name, []).append(name)
+        causes = {rule.name: sorted(failed.keys() & {*rule.depends_on})
+                  for rule in self if rule.name in failed}
+        for first, *others in faults.values():
+            if others or failed[first].absent:
+                causes.update({first: [], **{name: [first] for name in others}})
+        return causes
 
     def all_dependencies(self, name: str) -> set[str]:
         """Return the direct and indirect dependencies of a rule."""
