@@ -50,7 +50,7 @@ class GraphClient:
         """Return the names of the topics, services and frames that have not appeared yet."""
         record, goal_pose = self.record, self.record.profile.topics['goal_pose']
         names, frames = record.profile.topics, record.frame_names()
-        found = {'markers': record.markers,
+        parts = {'markers': record.markers,
                  'tilt': self.observer.command_publisher('tilt'),
                  'goal_pose': self.observer.command_publisher('goal_pose')
                  and self.observer.resolve_topic_name(goal_pose) in record.publishers,
@@ -58,7 +58,7 @@ class GraphClient:
                      'pose', 'cmd_vel', 'odom', 'joint_states', 'robot_description')},
                  **{name: self.has_service(name) for name in ('place', 'drop')},
                  **{f'frame {name}': record.actual(name) in frames for name in FRAMES}}
-        return [name for name, is_found in found.items() if not is_found]
+        return [name for name, is_present in parts.items() if not is_present]
 
     def has_service(self, name: str) -> bool:
         """Return whether a service is available."""

@@ -93,19 +93,12 @@ def matching_qos(publishers: Iterable[Any]) -> QoSProfile:
     """Return a QoS profile with which a subscription receives the messages of all publishers."""
     offered = [info.qos_profile for info in publishers]
     return subscription_qos(
-        latched=all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered),
-        reliable=all(one.reliability == ReliabilityPolicy.RELIABLE for one in offered))
+        latched=all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offered),
+        reliable=all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offered))
 
 
 Callback = Callable[[Any, Any], None]
 """A function that receives a message and its MessageInfo (a dictionary in rclpy)."""
-
-
-def append_to(messages: list[Received], part: Callable[[Any], Any] = lambda message: message
-              ) -> Callback:
-    """Return a callback that appends a part of each message and its publication time to a list."""
-    return lambda message, info: messages.append(
-        Received(info['source_timestamp'], part(message)))
 
 
 class PollingNode(Node):
@@ -124,13 +117,6 @@ class PollingNode(Node):
         self._paused: dict[str, float] = {}  # Time (s) at which a pause in reading ends, by topic.
         self.skipped: dict[str, int] = {}  # Number of messages that were not decoded, by topic.
         self._calls: dict[tuple[Any, int], list[Received]] = {}
-
-    def record(self, message_type: Any, topic: str,
-               qos: QoSProfile | int = DEPTH) -> list[Received]:
-        """Subscribe to a topic and return a list to which `fetch` appends the messages."""
-        messages: list[Received] = []
-        self.subscribe(message_type, topic, append_to(messages), qos)
-        return messages
 
     def subscribe(self, message_type: Any, topic: str, callback: Callback,
                   qos: QoSProfile | int = DEPTH, raw: bool = False) -> None:
@@ -237,8 +223,7 @@ class Observer(Node):
             if topic in self._subscribed:
                 continue
             if topic in names:
-                callback = append_to(record.topics[names[topic]],
-                                     *([angle_in] if names[topic] == 'tilt' else []))
+                callback = partial(self._on_message, names[topic])
             elif MARKER_TYPES.intersection(types) and topic.startswith(inside):
                 callback = partial(self._on_markers, topic)
             else:
@@ -248,6 +233,10 @@ class Observer(Node):
                 self.poller.subscribe(load_type(types[0]), topic, callback, qos)
             except LookupError as error:
                 record.notes.append(str(error))
+
+    def _on_message(self, name: str, message: Any, info: Any) -> None:
+        content = angle_in(message) if name == 'tilt' else message
+        self.record.topics[name].append(Received(info['source_timestamp'], content))
 
     def _on_markers(self, topic: str, message: Any, info: Any) -> None:
         for marker in getattr(message, 'markers', [message]):
@@ -323,15 +312,15 @@ class Observer(Node):
 
     def _recognize(self, name: str, names: dict[str, str], available: dict[str, list[str]]
                    ) -> None:
-        found = [one for one in similar_names(name, available)
-                 if one.startswith(self.get_namespace()) or not one.startswith('/')]
-        if len(found) > 1:
+        candidates = [candidate for candidate in similar_names(name, available)
+                      if candidate[0] != '/' or candidate.startswith(self.get_namespace())]
+        if len(candidates) > 1:
             self.record.unclear[name] = (
-                f'{name} could be {" or ".join(sorted(found))}; add it to a profile')
-        elif found:
-            names[name] = found[0]
-            kinds = ''.join(f' ({kind})' for kind in available[found[0]])
-            self.record.note(f'assumed: {name} is {found[0]}{kinds}')
+                f'{name} could be {" or ".join(sorted(candidates))}; add it to a profile')
+        elif candidates:
+            names[name], = candidates
+            kinds = ''.join(f' ({kind})' for kind in available[names[name]])
+            self.record.note(f'assumed: {name} is {names[name]}{kinds}')
 
     def service_client(self, name: str) -> Any:
         """Return a client for 'place' or 'drop', or raise LookupError if none can be created."""

@@ -73,10 +73,11 @@ class Profile:
 def similar_names(name: str, available: Mapping[str, Iterable[str]]) -> list[str]:
     """Return the available names that best match a standard name and have a suitable type."""
     word = name.removesuffix('_pose').removesuffix('_states')
-    found = {}
+    candidates = {}
     for full_name, types in available.items():
         last = full_name.rpartition('/')[2].lower()
         if word in last and (not TOPICS.get(name) or set(TOPICS[name]).intersection(types)):
-            found[full_name] = last.removesuffix('_link').removesuffix('_frame')
-    exact = [one for one, last in found.items() if last == name.removesuffix('_link')]
-    return exact or list(found)
+            candidates[full_name] = last.removesuffix('_link').removesuffix('_frame')
+    exact = [full_name for full_name, last in candidates.items()
+             if last == name.removesuffix('_link')]
+    return exact or list(candidates)

@@ -195,7 +195,8 @@ class Record:
         """Return the names of all TF frames and of all links in the URDFs."""
         links = chain.from_iterable(link_names(received.message.data)
                                     for received in self.topics['robot_description'])
-        return {*links, *self.frames, *(one.samples[-1].parent for one in self.frames.values())}
+        parents = (frame.samples[-1].parent for frame in self.frames.values())
+        return {*links, *self.frames, *parents}
 
     def ancestors(self, frame: str) -> list[str]:
         """Return the names of a frame and its ancestors, up to MAX_DEPTH names."""

@@ -45,38 +45,25 @@ MAX_OPEN = 10
 
 def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str],
             log: Callable[[str], None], program: Program, namespace: str) -> Record:
-    """Send test requests to a running or newly started graph, and return the record."""
+    """Observe a graph. If a command starts it, start it in a ROS domain of its own."""
     with ExitStack() as stack:
-        process = stack.enter_context(Process(
-            sourced(options.setup, command),
-            listener=sys.stderr.write if options.verbose else None)) if command else None
-        make_observer = partial(Observer, profile=profile)
-        if process is not None:
-            make_observer.keywords['processes'] = partial(graph_processes, process)
-
-        def run_trial(namespace: str) -> Observer:
-            spinner = stack.enter_context(NodeSpinner(make_observer, namespace=namespace))
-            record = spinner.node.record
-            try:
-                Trial(spinner, spinner.node, log, START_TIME if command else DISCOVERY_TIME,
-                      is_alive=lambda: process is None or process.running,
-                      program=program).run()
-            except KeyboardInterrupt:
-                record.note(report.INTERRUPTED)
-            if process is None:
-                spinner.node.find_duplicates()
-            for topic, count in spinner.node.poller.skipped.items():
-                record.note(f'skipped {count} messages on {topic} because reading them takes '
-                            'more time than there is')
-            return spinner.node
-
-        observer = run_trial(namespace)
-        namespaces = observer.other_namespaces()
-        if (command and not observer.record.idle and len(namespaces) == 1
-                and report.INTERRUPTED not in observer.record.notes):
-            # The command started a graph in a different namespace.
-            observer = run_trial(namespaces.pop())
-        if process is not None:
+        if command:
+            restrict_to_localhost()
+            os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
+        log(f'judging ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0}')
+        if not command:
+            observer = run_trial(stack, None, profile, log, program, namespace)
+            observer.find_duplicates()
+        else:
+            process = stack.enter_context(Process(
+                [*SOURCE, str(options.setup), *command] if options.setup else command,
+                listener=sys.stderr.write if options.verbose else None))
+            observer = run_trial(stack, process, profile, log, program, namespace)
+            namespaces = observer.other_namespaces()
+            if (not observer.record.idle and len(namespaces) == 1
+                    and report.INTERRUPTED not in observer.record.notes):
+                # The command started a graph in a different namespace.
+                observer = run_trial(stack, process, profile, log, program, namespaces.pop())
             add_faults(observer.record, process)
         for name, reason in observer.record.unclear.items():
             observer.record.note(f'{name} is unclear: {reason}')
@@ -84,36 +71,39 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
         return observer.record
 
 
+def run_trial(stack: ExitStack, process: Process | None, profile: Profile,
+              log: Callable[[str], None], program: Program, namespace: str) -> Observer:
+    """Send test requests to a graph, and return the observer that has recorded it."""
+    make_observer = partial(Observer, profile=profile)
+    if process is not None:
+        make_observer.keywords['processes'] = partial(graph_processes, process)
+    spinner = stack.enter_context(NodeSpinner(make_observer, namespace=namespace))
+    observer: Observer = spinner.node
+    try:
+        Trial(spinner, observer, log, START_TIME if process else DISCOVERY_TIME,
+              is_alive=lambda: process is None or process.running, program=program).run()
+    except KeyboardInterrupt:
+        observer.record.note(report.INTERRUPTED)
+    for topic, count in observer.poller.skipped.items():
+        observer.record.note(f'skipped {count} messages on {topic} because reading them takes '
+                             'more time than there is')
+    return observer
+
+
 def graph_processes(launched: Process) -> list[int]:
     """Return the IDs of all launched processes except rviz2, which only shows the graph."""
-    found = []
+    identifiers = []
     for process in launched.family():
         with suppress(psutil.Error):  # The process has ended.
             if 'rviz2' not in (Path(argument).name for argument in process.cmdline()):
-                found.append(process.pid)
-    return found
-
-
-def sourced(setup: Path | None, command: Sequence[str]) -> Sequence[str]:
-    """Return a command that runs after the setup file of a workspace has been sourced."""
-    return [*SOURCE, str(setup), *command] if setup else command
-
-
-def observe_alone(profile: Profile, options: argparse.Namespace, command: Sequence[str],
-                  log: Callable[[str], None], program: Program, namespace: str) -> Record:
-    """Observe a graph. If a command starts it, start it in a ROS domain of its own."""
-    with ExitStack() as stack:
-        if command:
-            restrict_to_localhost()
-            os.environ['ROS_DOMAIN_ID'] = str(stack.enter_context(reserved_domain()))
-        log(f'judging ROS domain {os.environ.get("ROS_DOMAIN_ID") or 0}')
-        return observe(profile, options, command, log, program, namespace)
+                identifiers.append(process.pid)
+    return identifiers
 
 
 def observe_names(record: Record, options: argparse.Namespace, log: Callable[[str], None]) -> None:
     """Start the graph in a namespace, and record the names that it has there."""
     command = ['ros2', 'launch', str(IN_NAMESPACE), f'judged_file:={options.in_namespace}']
-    renamed = observe_alone(Profile(), options, command, log, STRUCTURE, NAMESPACE)
+    renamed = observe(Profile(), options, command, log, STRUCTURE, NAMESPACE)
     if renamed.idle:
         record.namespace, record.publishers = renamed.namespace, renamed.publishers
 
@@ -138,8 +128,7 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
     def log(text: str) -> None:
         print(f'{monotonic() - begin:6.1f} s  {text}', file=sys.stderr, flush=True)
 
-    record = observe_alone(
-        profile, options, command, log, PROGRAMS[options.hour], options.namespace)
+    record = observe(profile, options, command, log, PROGRAMS[options.hour], options.namespace)
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
     if record.idle and options.in_namespace and report.INTERRUPTED not in record.notes:
         observe_names(record, options, log)
@@ -156,9 +145,11 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
 def evaluate(rules: Rules, record: Record, options: argparse.Namespace) -> int:
     """Judge a record, write all reports and return the exit status, or raise RuntimeError."""
     judgments = rules.judge(record) if record.idle else []
+    loads = record.loads or [os.getloadavg()[0]]
+    machine = (f'load {loads[0]:.1f} at the start, {max(loads):.1f} at most, on {os.cpu_count()} '
+               'processors')
     about = {**record.about, 'numbers': record.profile.numbers, 'crashes': record.crashes,
-             'notes': record.notes, 'machine': machine_load(record),
-             'load': record.load_summary()}
+             'notes': record.notes, 'machine': machine, 'load': record.load_summary()}
     if options.json is not None:
         report.write(options.json, report.as_json(judgments, about))
     if not judgments:
@@ -169,16 +160,9 @@ def evaluate(rules: Rules, record: Record, options: argparse.Namespace) -> int:
     return exit_status(judgments, record)
 
 
-def machine_load(record: Record) -> str:
-    """Return the load of the machine at the start of the trials and the highest load as text."""
-    loads = record.loads or [os.getloadavg()[0]]
-    return (f'load {loads[0]:.1f} at the start, {max(loads):.1f} at most, on {os.cpu_count()} '
-            'processors')
-
-
 def exit_status(judgments: Sequence[Judgment], record: Record) -> int:
     """Return 1 if a requirement failed or a node crashed, 2 for an incomplete judgment, or 0."""
-    failed = bool(record.crashes) or FAILED in {one.mark for one in judgments}
+    failed = bool(record.crashes) or FAILED in {judgment.mark for judgment in judgments}
     incomplete = not failed and report.left_open(judgments) > MAX_OPEN
     return 2 if incomplete or report.INTERRUPTED in record.notes else int(failed)
 

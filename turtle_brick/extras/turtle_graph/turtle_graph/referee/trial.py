@@ -169,7 +169,7 @@ class Trial(GraphClient):
         """Add robot parameters from the nodes and the URDF to the profile."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
         # Some nodes may have no parameter service, or may not respond.
-        self.wait_until(lambda: all(one.service_is_ready() for one in clients), self.timeout)
+        self.wait_until(lambda: all(client.service_is_ready() for client in clients), self.timeout)
         for _ in range(REPETITIONS):
             # A node that lacks one of several requested parameters returns none of them.
             calls = [(name, self.observer.poller.call(client, GetParameters.Request(names=[name])))
@@ -263,7 +263,8 @@ class Trial(GraphClient):
             known = REACH_NUMBERS <= set(self.record.profile.numbers)
             if known and not both_may_be_right:
                 watch.should_be_caught = drop.spare_time > 0.0
-            if watch.floated and not any(one.floated for one in self.record.drops[:-1]):
+            if watch.floated and not any(
+                    earlier.floated for earlier in self.record.drops[:-1]):
                 # A floating brick must not move with the robot.
                 self.drive_to((CENTER[0] + 0.8, CENTER[1]))
                 watch.end = time_ns()
@@ -271,19 +272,19 @@ class Trial(GraphClient):
 
 def configured_numbers() -> dict[str, float]:
     """Return the robot's parameters in the config/turtle.yaml of the sourced workspace."""
-    found: dict[str, float] = {}
+    numbers: dict[str, float] = {}
 
     def collect(content: Any) -> None:
         for name, value in content.items() if isinstance(content, dict) else ():
             if name in NUMBERS and type(value) in (int, float) and value:
-                found[name] = abs(float(value))
+                numbers[name] = abs(float(value))
             collect(value)
 
     with suppress(LookupError, OSError, ValueError, yaml.YAMLError):
         share = Path(get_package_share_directory('turtle_brick'))
         for path in share.rglob('turtle.yaml'):
             collect(yaml.safe_load(path.read_text(encoding='utf-8')))
-    return found
+    return numbers
 
 
 def offset_by(start: Sequence[float], direction: float, distance: float) -> tuple[float, float]:
