@@ -119,13 +119,13 @@ def walls(record: Record) -> list[Wall]:
         with suppress(Failed):  # The brick may not exist yet.
             corners = pose_of_marker(record, received, time).transform(corners)
             pieces += [(received, *ends) for ends in zip(corners.min(1), corners.max(1))]
-    return require([*joined(pieces, 0), *joined(pieces, 1)] or None,
-                   'no marker has the shape of a wall')
+    return require([*joined(pieces, 0), *joined(pieces, 1)], 'no marker has the shape of a wall')
 
 
 def joined(pieces: list[Wall], along: int) -> list[Wall]:
     """Join the pieces that stand end to end along an axis (x: 0, y: 1), and return the walls."""
-    across, lines = 1 - along, list[Wall]()
+    across = 1 - along
+    lines: list[Wall] = []
     for received, low, high in sorted(pieces, key=lambda piece: piece[1][along]):
         for index, (first, start, end) in enumerate(lines):
             offset = max(abs(low - start)[across], abs(high - end)[across])
@@ -177,7 +177,7 @@ def brick_markers(record: Record) -> list[ReceivedMarker]:
     if not groups:
         groups = [group for group in markers.values() if is_called_brick(group[-1])]
     sequence = sorted(chain(*groups), key=attrgetter('published'))
-    return require(sequence or None, 'there is no marker of the brick')
+    return require(sequence, 'there is no marker of the brick')
 
 
 def is_called_brick(received: ReceivedMarker) -> bool:
@@ -265,7 +265,7 @@ def brick_marker_is_at_the_brick(record: Record) -> Finding:
 @rule('markers: frames', 'Your final result should not have any rviz errors or warnings',
       'frames, sizes, orientations and colors that rviz can draw')
 def markers_can_be_drawn(record: Record) -> Finding:
-    markers = require(shown_markers(record) or None, 'there are no markers')
+    markers = require(shown_markers(record), 'there are no markers')
     frames = {'world', *record.frame_names()}
     faults = {fault for received in markers for fault in drawing_faults(received.marker, frames)}
     return Finding(not faults, '; '.join(sorted(faults)) or f'{len(record.markers)} markers')
@@ -384,8 +384,8 @@ class MeasuredFall(NamedTuple):
 
 def falls(record: Record) -> list[MeasuredFall]:
     """Return all falls with at least ten recorded transforms, or raise Open if there are none."""
-    measured = [measure_fall(record, drop) for drop in dropped(record)]
-    return require_data([fall for fall in measured if fall is not None], 'no fall was long enough')
+    return require_data([measure_fall(record, drop) for drop in dropped(record)],
+                        'no fall was long enough')
 
 
 def measure_fall(record: Record, drop: DropWatch) -> MeasuredFall | None:
@@ -637,9 +637,10 @@ def end_of_slide(record: Record, drop: DropWatch, radius: float) -> tuple[float,
         forward, place = brick.axes[:, 0] @ platform.axes, platform.locate(brick.position)
         clearance = distance_to_rectangle(
             place[:2], atan2(forward[1], forward[0]), (length, width)) - radius
-        ends.append((clearance, abs(place[2] - before[2])))
+        ends.append((abs(clearance), abs(place[2] - before[2]), clearance))
     # TF may contain the pose that the platform had shortly before.
-    return min(ends, key=lambda end: (abs(end[0]), end[1], end[0]))
+    _, height, clearance = min(ends)
+    return clearance, height
 
 
 @rule('slide: end', 'When the trailing-edge brick clears the platform, it magically floats',
@@ -648,8 +649,7 @@ def end_of_slide(record: Record, drop: DropWatch, radius: float) -> tuple[float,
 def slides_end_at_the_edge(record: Record) -> Finding:
     radius = number(record, 'platform_radius')
     ends = [end_of_slide(record, drop, radius) for drop in catches(record)]
-    clearances, heights = zip(*require_data([end for end in ends if end is not None],
-                                            'no brick has slid off'))
+    clearances, heights = zip(*require_data(ends, 'no brick has slid off'))
     met = (min(clearances) >= -EARLY_END and largest(clearances) <= LATE_END
            and largest(heights) <= SLIDE_DEVIATION)
     distances = ', '.join(f'{clearance:+.3f}' for clearance in clearances)
@@ -696,9 +696,9 @@ def verdicts_come_in_time(record: Record) -> Finding:
 def verdict_fault(record: Record, drop: DropWatch) -> str:
     """Return what is wrong with the time of the verdict on a brick, or ''."""
     begin, requested = drop.begin, drop.requested or 0
-    texts = [received for received in record.markers if begin <= received.published < requested
+    early = [received for received in record.markers if begin <= received.published < requested
              and says_unreachable(received.marker) and received.marker.action == ADD]
-    if texts or record.messages('goal_pose', begin, drop.requested):
+    if early or record.messages('goal_pose', begin, drop.requested):
         return f'{name_of(drop)} was judged before it fell'
     if drop.decided is None:
         return f'no verdict on {name_of(drop)}'

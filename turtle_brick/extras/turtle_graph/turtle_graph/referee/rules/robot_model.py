@@ -93,8 +93,7 @@ class RobotModel:
 def model(record: Record) -> RobotModel:
     """Return the robot model in the latest robot_description, or raise Failed if invalid."""
     require_clear(record, 'robot_description', 'base_link', 'platform', 'stem', 'wheel')
-    descriptions = require(record.topics['robot_description'] or None,
-                           'there is no robot_description')
+    descriptions = require(record.topics['robot_description'], 'there is no robot_description')
     return _parse(descriptions[-1].message.data, tuple(record.profile.frames.items()))
 
 

@@ -70,7 +70,7 @@ def frame(record: Record, name: str, parent: str = '') -> Frame:
 def messages(record: Record, name: str) -> list[Received]:
     """Return all messages received on a topic, or raise Failed if there are none."""
     require_clear(record, name)
-    return require(record.topics[name] or None, f'no messages on {record.profile.topics[name]}')
+    return require(record.topics[name], f'no messages on {record.profile.topics[name]}')
 
 
 def turtle_track(record: Record, begin: int, end: int) -> list[tuple[float, float]]:
@@ -88,11 +88,11 @@ def drives(record: Record) -> list[Drive]:
 @rule('frames: world', 'All other frames are descendants of world',
       'every frame is a descendant of world', ['frames: odom', 'frames: brick', 'frames: robot'])
 def all_below_world(record: Record) -> Finding:
-    require(record.frames or None, 'no node broadcasts any frame')
+    require(record.frames, 'no node broadcasts any frame')
     lost = [name for name in record.frames if record.ancestors(name)[-1] != record.actual('world')]
     finding = from_faults([f'{name} is not below world' for name in lost],
                           len(record.frames), 'frames')
-    require(finding.met or None, finding.measured)  # No node broadcasts the missing connection.
+    require(finding.met, finding.measured)  # No node broadcasts the missing connection.
     return finding
 
 
@@ -130,7 +130,7 @@ def links_are_frames(record: Record) -> Finding:
     absent = [link for link in robot.links if link != 'base_link'
               and record.actual('base_link') not in record.ancestors(link)]
     finding = from_faults([f'{link} is not in TF' for link in absent], len(robot.links), 'links')
-    require(finding.met or None, finding.measured)
+    require(finding.met, finding.measured)
     radius = record.profile.numbers.get('wheel_radius')
     wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
     if wheel is None or radius is None:
@@ -153,7 +153,7 @@ def brick_is_below_world(record: Record) -> Finding:
 @rule('frames: broadcasters', 'Broadcasting the … base_link frame …, the brick frame …',
       'every frame has one broadcaster')
 def one_broadcaster(record: Record) -> Finding:
-    require(record.frames or None, 'no node broadcasts any frame')
+    require(record.frames, 'no node broadcasts any frame')
     require_clear(record, *(f'frame {name}' for name in record.frames))
     return from_faults([f'{name} has several broadcasters'
                         for name, frame in record.frames.items() if frame.broadcasters > 1],
@@ -163,7 +163,7 @@ def one_broadcaster(record: Record) -> Finding:
 @rule('frames: timestamps', 'integrated into various standard ROS systems (e.g., tf, joint_states',
       'the timestamps of transforms, odom and joint_states are the current time')
 def timestamps_are_current(record: Record) -> Finding:
-    require(record.frames or None, 'no node broadcasts any frame')
+    require(record.frames, 'no node broadcasts any frame')
     wrong = [name for name, frame in record.frames.items() if frame.wrong_stamps]
     for name in ('odom', 'joint_states'):
         if any(stamp_of(received) != nanoseconds_of(received.message.header.stamp)
@@ -181,7 +181,7 @@ def names_are_relative(record: Record) -> Finding:
     own = f'{record.namespace}/'
     topics = [topic for topic, nodes in record.publishers.items() if topic not in GLOBAL_TOPICS
               and any(node.startswith(own) for node in nodes)]
-    require(topics or None, f'no node in {record.namespace} publishes anything')
+    require(topics, f'no node in {record.namespace} publishes anything')
     return from_faults([f'{topic} is outside the namespace' for topic in topics
                         if not topic.startswith(own)], len(topics), 'topics')
 
@@ -262,7 +262,7 @@ def commands_at_rest(record: Record) -> Finding:
     speeds = []
     for begin, end in record.idle:
         commands = record.messages('cmd_vel', begin, end)
-        require(commands or None, 'no commands while the robot was at rest')
+        require(commands, 'no commands while the robot was at rest')
         speeds += [hypot(*velocity(command.message)) for command in commands]
     return Finding(largest(speeds) <= 1e-9,
                    f'{len(speeds)} commands, at most {largest(speeds):.3f}')
@@ -433,7 +433,7 @@ def links_differ_in_color(record: Record) -> Finding:
       'a node or the installed config/turtle.yaml has ' + ', '.join(CONFIGURED))
 def numbers_are_configured(record: Record) -> Finding:
     missing = [name for name in CONFIGURED if name not in record.profile.numbers]
-    require(None if missing else missing, f'no node or file has {", ".join(missing)}')
+    require(not missing, f'no node or file has {", ".join(missing)}')
     return Finding(True, ', '.join(
         f'{name} {record.profile.numbers[name]:g}' for name in CONFIGURED))
 
@@ -460,8 +460,7 @@ def model_has_the_numbers(record: Record) -> Finding:
 def goals_are_reached(record: Record) -> Finding:
     off = []
     for drive in drives(record):
-        track = require(turtle_track(record, drive.begin, drive.end) or None,
-                        'the robot was not observed')
+        track = require(turtle_track(record, drive.begin, drive.end), 'the robot was not observed')
         off.append(dist(track[-1], drive.goal))
     return within(PRECISION, off, '', 'at most {:.3f} m off in {} drives', IMPRECISION)
 
@@ -607,8 +606,7 @@ def stem_lead_time(record: Record, drive: Drive, stem: str) -> float | None:
       ['drive: stem'], needs_calm=True)
 def stem_turns_first(record: Record) -> Finding:
     stem = model(record).joint('stem').name
-    measured = [stem_lead_time(record, drive, stem) for drive in drives(record)]
-    lead_times = require_data([time for time in measured if time is not None],
+    lead_times = require_data([stem_lead_time(record, drive, stem) for drive in drives(record)],
                               'the robot was not observed while driving')
     # The stem turns at infinite speed, so it may turn in the step in which the robot starts.
     return Finding(min(lead_times) >= -PERIOD_NS / 2 * SECONDS_PER_NS,

@@ -194,16 +194,17 @@ def thin(items: Iterable[Value]) -> list[Value]:
     return items[::max(len(items) // MAX_COUNT, 1)]
 
 
-def require_data(items: list[Value], reason: str) -> list[Value]:
-    """Return the items, or raise Open with the given reason if the list is empty."""
-    if not items:
+def require_data(items: Iterable[Value | None], reason: str) -> list[Value]:
+    """Return all items except None, or raise Open with the given reason if there are none."""
+    known = [item for item in items if item is not None]
+    if not known:
         raise Open(reason)
-    return items
+    return known
 
 
 def require(value: Value | None, fault: str) -> Value:
-    """Return the value, or raise Absent with the given fault if the value is None."""
-    if value is None:
+    """Return the value, or raise Absent with the given fault if it is None, false or empty."""
+    if not value:
         raise Absent(fault)
     return value
 
