@@ -8,8 +8,6 @@ import signal
 
 DEATH = re.compile(r'^\[ERROR\] \[((\S+)-\d+)\]: process has died .*exit code (-?\d+),', re.M)
 """Pattern for a "process has died" message, with groups for process label, name and exit code."""
-STOPPED = (-signal.SIGINT, -signal.SIGTERM)
-"""Exit codes of processes that ros2 launch stopped."""
 TRACEBACK = re.compile(r'^ *Traceback .*\n(?:(?: .*)?\n)*(.+)', re.M)
 """Pattern for a Python traceback, with a group for the error in the last line."""
 LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^:]*: '
@@ -17,8 +15,6 @@ LAUNCH_ERROR = re.compile(r'^\[ERROR\] \[launch\]: Caught exception in launch [^
 """Pattern for the error that ends ros2 launch, with a group for the whole message."""
 MISSING = re.compile(r"[Pp]ackage '([\w.]+)' not found|No module named '([\w.]+)")
 """Pattern for an error message with the name of a missing package or Python module."""
-HANDLING = 'During handling of the above exception, another exception occurred'
-"""Text between the traceback of an error and that of an error in its handling."""
 LATER = ('turtlesim_msgs',)
 """Packages of later releases of ROS."""
 LACKS = re.compile(r'[Tt]his environment|stand-in for|is for another release')
@@ -48,8 +44,8 @@ def crashes(output: str) -> list[str]:
     """Extract the name and error of each failed process from the output of ros2 launch."""
     messages = []
     for label, name, status in DEATH.findall(output):
-        if int(status) in STOPPED:
-            continue
+        if int(status) in (-signal.SIGINT, -signal.SIGTERM):
+            continue  # The process was stopped by ros2 launch.
         printed = ''.join(f'{line.removeprefix(f"[{label}] ")}\n' for line in output.splitlines()
                           if line.startswith(f'[{label}] '))
         messages.append(f'{name} crashed: {traceback_error(printed) or f"exit status {status}"}')
@@ -61,7 +57,7 @@ def traceback_error(printed: str) -> str:
     errors = TRACEBACK.findall(printed)
     if not errors:
         return ''
-    return errors[0] if HANDLING in printed else errors[-1]
+    return errors[0] if 'During handling of the above exception, ' in printed else errors[-1]
 
 
 def explain_missing(error: str) -> str:

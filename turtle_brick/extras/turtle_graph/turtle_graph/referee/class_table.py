@@ -2,7 +2,7 @@
 """Summarize the results of a class of students in a table (as text, HTML and CSV)."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 import csv
 from html import escape
 import json
@@ -50,22 +50,16 @@ def make_row(student: str, judgments: Sequence[Judgment], crashes: Sequence[str]
     causes = [judgment.name for judgment in judgments
               if judgment.mark == FAILED and not judgment.follows]
     faults = [*crashes, *([] if is_judged or count[OPEN] else notes)]
+    still_open = [judgment._replace(measured='judge again on a less busy machine')
+                  if LOADED in judgment.measured else judgment
+                  for judgment in judgments if judgment.mark == OPEN]
+    reasons = [INTERRUPTED] if INTERRUPTED in notes else []
+    reasons += [f'{judgment.name} ({judgment.measured})' for judgment in fold(still_open)]
     return {
         'student': student, **{mark: count[mark] for mark in COLORS}, 'date': date,
         'failed': '; '.join([*faults, *(causes if is_judged else [])]),
-        'open': '; '.join(open_entries(judgments, notes)),
+        'open': '; '.join(reasons),
         **marks, 'faults': faults, 'causes': causes, 'is_judged': is_judged}
-
-
-def open_entries(judgments: Sequence[Judgment], notes: Sequence[str]) -> Iterator[str]:
-    """Yield the open requirements as text, with each reason only once."""
-    if INTERRUPTED in notes:
-        yield INTERRUPTED
-    shown = [judgment._replace(measured='judge again on a less busy machine')
-             if LOADED in judgment.measured else judgment
-             for judgment in judgments if judgment.mark == OPEN]
-    for judgment in fold(shown):
-        yield f'{judgment.name} ({judgment.measured})'
 
 
 def link(text: str, address: str) -> Html:

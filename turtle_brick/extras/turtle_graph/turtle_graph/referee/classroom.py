@@ -50,13 +50,7 @@ TIME_LIMIT, END_TIME = 400.0, 60.0
 
 
 class Unjudged(Exception):
-    """Exception that states why a workspace could not be judged."""
-
-    def __init__(self, requirement: str, mark: str, reason: str) -> None:
-        """Create an exception for one of the requirements in report.UNJUDGED."""
-        super().__init__(reason)
-        self.requirement = requirement
-        self.mark = mark
+    """Exception with a requirement in report.UNJUDGED, its mark and the reason for the mark."""
 
 
 def rules_in_hour(rules: Rules, hour: int | None) -> Rules:
@@ -223,8 +217,7 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
             try:
                 statuses.add(judge_workspace(workspace, json, shared, options, command))
             except Unjudged as error:
-                report.write_unjudged(json, workspace.name, error.requirement, error.mark,
-                                      str(error))
+                report.write_unjudged(json, workspace.name, *error.args)
                 statuses.add(2)
             except (OSError, ValueError) as error:  # Nothing in a workspace ends the class.
                 report.write_unjudged(json, workspace.name, 'start', OPEN, f'not judged: {error}')

@@ -336,8 +336,7 @@ def bricks_are_dropped(record: Record) -> Finding:
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
       'the brick moves at most one step before the response, and its fall begins at most two '
-      'steps before it',
-      ['drop', 'brick: hovers', 'fall: course'], needs_calm=True)
+      'steps before it', ['drop', 'brick: hovers', 'fall: course'], needs_calm=True)
 def response_comes_first(record: Record) -> Finding:
     moving, begins = [], []
     for fall in falls(record):
@@ -773,8 +772,7 @@ def text_lasts(record: Record) -> Finding:
 
 
 @rule('carry', 'the robot drives back to the arena center and tilts the brick off',
-      f'the platform is tilted within {CENTER_DISTANCE} m of the center',
-      needs_calm=True)
+      f'the platform is tilted within {CENTER_DISTANCE} m of the center', needs_calm=True)
 def bricks_are_carried_to_the_center(record: Record) -> Finding:
     off = []
     for drop in catches(record):
@@ -794,8 +792,7 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
-      'each brick within reach is caught',
-      ['verdict: in time'], needs_calm=True)
+      'each brick within reach is caught', ['verdict: in time'], needs_calm=True)
 def reachable_bricks_are_caught(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.should_be_caught)
     return from_faults([
@@ -804,8 +801,7 @@ def reachable_bricks_are_caught(record: Record) -> Finding:
 
 
 @rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
-      'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'],
-      needs_calm=True)
+      'each caught brick leaves the platform', ['carry', 'slide: law', 'tilt'], needs_calm=True)
 def caught_bricks_are_tipped_off(record: Record) -> Finding:
     drops = catches(record)
     return from_faults([f'{name_of(drop)} did not leave' for drop in drops
@@ -813,8 +809,7 @@ def caught_bricks_are_tipped_off(record: Record) -> Finding:
 
 
 @rule('again', 'the turtle to catch a falling brick',
-      'the platform is level again, at the latest when the next brick is dropped',
-      needs_calm=True)
+      'the platform is level again, at the latest when the next brick is dropped', needs_calm=True)
 def platform_is_leveled(record: Record) -> Finding:
     drops = completed(record, lambda drop: drop.floated)
     faults = [f'still tilted after {name_of(drop)}' for drop in drops
