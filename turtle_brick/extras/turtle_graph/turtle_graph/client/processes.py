@@ -91,14 +91,13 @@ class Process(AbstractContextManager['Process']):
         # Without a display, turtlesim renders its window off-screen.
         display = {} if os.environ.get('DISPLAY') else {'QT_QPA_PLATFORM': 'offscreen'}
         # All programs that this program starts, and no others, inherit this variable.
-        self._mark = (f'STARTED_BY_{os.getpid()}_{id(self)}', '1')
+        self._mark = f'STARTED_BY_{os.getpid()}_{id(self)}'
         # In a new session, the program does not receive SIGINT when Ctrl-C is pressed.
         self._popen = subprocess.Popen(
             self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, start_new_session=True, cwd=directory,
             preexec_fn=end_with_parent,
-            env=dict([*{**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment}.items(),
-                      self._mark]))
+            env={**os.environ, 'PYTHONUNBUFFERED': '1', **display, **environment, self._mark: '1'})
         self.pid = self._popen.pid
         self._reader = threading.Thread(target=self._read, name='output', daemon=True)
         self._reader.start()
@@ -176,7 +175,7 @@ class Process(AbstractContextManager['Process']):
         for process in psutil.process_iter():
             with suppress(psutil.Error, ProcessLookupError):
                 # A program with an empty environment has no mark, but is in the same session.
-                if self._mark in process.environ().items() or os.getsid(process.pid) == self.pid:
+                if self._mark in process.environ() or os.getsid(process.pid) == self.pid:
                     family.append(process)
         return family
 
