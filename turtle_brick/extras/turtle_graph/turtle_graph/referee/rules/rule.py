@@ -31,8 +31,6 @@ SAME_ANGLE = 0.02
 """Tolerance (rad) for equal angles."""
 BEFORE_NS = 100_000_000
 """Time (ns) between the last pose evaluated by a rule and the next request of the referee."""
-MAX_COUNT = 1000
-"""Approximate maximum number of samples in one evaluation."""
 MET, FAILED, OPEN = '✔', '✗', '–'
 
 
@@ -108,20 +106,19 @@ class Rule(NamedTuple):
 
     def apply(self, record: Record) -> Judgment:
         """Judge all trials of a record."""
-        plot, error, traceback = None, None, ''
+        judgment = Judgment(self.name, self.sentence, self.expected, OPEN, '')
         try:
             with numpy.errstate(all='ignore'):
                 met, measured, plot = self.judge(record)
-            mark = MET if met else FAILED
-        except Failed as failed:
-            mark, measured, error = FAILED, str(failed), failed
-        except Open as failed:
-            mark, measured = OPEN, str(failed)
-        except Exception as failed:  # It is a mistake in the rule, whatever the graph has sent.
-            mark, traceback = OPEN, format_exc()
-            measured = f'referee error: {type(failed).__name__}: {failed}'
-        return Judgment(self.name, self.sentence, self.expected, mark, measured, plot, (),
-                        error is not None, isinstance(error, Absent), traceback)
+            return judgment._replace(mark=MET if met else FAILED, measured=measured, plot=plot)
+        except Failed as fault:
+            return judgment._replace(mark=FAILED, measured=str(fault), fault=True,
+                                     absent=isinstance(fault, Absent))
+        except Open as reason:
+            return judgment._replace(measured=str(reason))
+        except Exception as error:  # It is a mistake in the rule, whatever the graph has sent.
+            return judgment._replace(
+                measured=f'referee error: {type(error).__name__}: {error}', traceback=format_exc())
 
 
 class Rules(list[Rule]):
@@ -189,9 +186,9 @@ def number(record: Record, name: str) -> float:
 
 
 def thin(items: Iterable[Value]) -> list[Value]:
-    """Return at most 2 * MAX_COUNT - 1 evenly spaced items from an iterable."""
+    """Return at most 1999 evenly spaced items from an iterable."""
     items = list(items)
-    return items[::max(len(items) // MAX_COUNT, 1)]
+    return items[::max(len(items) // 1000, 1)]
 
 
 def require_data(items: Iterable[Value | None], reason: str) -> list[Value]:
