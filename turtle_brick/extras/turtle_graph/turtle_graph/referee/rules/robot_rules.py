@@ -198,7 +198,7 @@ def pooled_rate(spans: list[list[float]]) -> float:
 
 
 def timestamps(record: Record, name: str, begin: int, end: int) -> list[float]:
-    """Return the timestamps (s) of a topic or frame, or raise Failed if the record has none."""
+    """Return the timestamps of a topic or frame in seconds, or raise Failed if it is absent."""
     if name in record.topics:
         messages(record, name)
         stamps = [stamp_of(received) for received in record.messages(name, begin, end)]
