@@ -13,7 +13,7 @@
 # limitations under the License.
 
 # Set up a shell to use the virtual environment in the PyPI environment as its ROS prefix.
-# make_environment.py copies this file into the virtual environment. setup_shell.bash and the
+# make_environment copies this file into the virtual environment. setup_shell.bash and the
 # setup.bash files of overlays source the copy.
 
 # These variables could select packages from another Python or a middleware that is not installed.

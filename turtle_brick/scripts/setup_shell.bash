@@ -103,7 +103,7 @@ _turtle_brick_set_up() {
   # for a native installation without the packages, there is nothing to build
   if [[ $kind == pypi || $1 == packages ]]; then
     # -I ignores the Python environment variables and the user's packages
-    _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 command "$python" -I -X utf8 "$scripts/make_environment.py" \
+    _ROS_WHEELS_BOOTSTRAP_COMPLETE=1 command "$python" -I -X utf8 "$scripts/make_environment" \
       "$kind" "$1" </dev/null || status=$?
     # with status 2, the shell can use ROS and the packages of the assignment
     ((status == 0 || status == 2)) || return 1
@@ -117,7 +117,6 @@ _turtle_brick_set_up() {
 
   _turtle_brick_remove "$environment/standins"
   _turtle_brick_remove "$environment/install"
-  _turtle_brick_remove "$environment/own"
   _turtle_brick_remove "$environment/venv"
   unset TURTLE_BRICK_ENVIRONMENT
   if [[ $kind == pypi ]]; then
@@ -133,9 +132,6 @@ _turtle_brick_set_up() {
   local packages=''
   if [[ $1 == packages ]]; then
     IFS='' source "$environment/install/local_setup.bash" || return 1
-    if [[ -e $environment/own/local_setup.bash ]]; then
-      IFS='' source "$environment/own/local_setup.bash" || return 1
-    fi
     export TURTLE_BRICK_ENVIRONMENT=$environment
     packages=" and the packages in $environment"
     # Report errors in the parameter file before any node starts.

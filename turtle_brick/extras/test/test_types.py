@@ -11,7 +11,7 @@ EXTRAS = Path(__file__).resolve().parents[1]
 PACKAGES = [str(EXTRAS.parent / 'turtle_brick'), *(
     str(EXTRAS / name / name) for name in ('turtle_graph', 'turtle_brick_tools'))]
 PROGRAMS = [str(EXTRAS.parent / 'scripts' / name)
-            for name in ('make_environment.py', 'record_rviz', 'referee', 'website')]
+            for name in ('make_environment', 'record_rviz', 'referee', 'website')]
 STANDINS = [str(path.parent) for path in sorted(EXTRAS.glob('standins/*/package.xml'))
             if any(path.parent.rglob('*.py'))]
 

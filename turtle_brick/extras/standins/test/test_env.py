@@ -141,7 +141,7 @@ def test_the_scripts_find_their_folder_with_a_function_of_the_user():
 
 def test_an_invalid_parameter_file_is_reported_after_the_setup_of_the_shell(unbuilt):
     scripts = unbuilt[0].parent
-    (scripts / 'make_environment.py').write_text('')
+    (scripts / 'make_environment/__main__.py').write_text('')
     for path, text in ((scripts.parents[1] / '.ros/install/local_setup.bash', 'OVERLAY=sourced'),
                        (scripts.parent / 'config/turtle.yaml', 'max_velocity:3.0')):
         path.parent.mkdir(parents=True)
