@@ -10,6 +10,7 @@ file, so a second run continues where the first run ended.
 """
 
 import argparse
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from copy import deepcopy
@@ -96,17 +97,19 @@ def broken(node_type: type[Any], changes: Mapping[str, Change]) -> type[Any]:
 
 
 class BrokenGraph(Graph):
-    """A graph with one fault."""
+    """A graph with faults."""
 
-    def __init__(self, fault: Fault, domain_id: int | None = None) -> None:
+    def __init__(self, faults: Sequence[Fault], domain_id: int | None = None) -> None:
         super().__init__(domain_id, quiet=True)
-        self.fault = fault
+        self.faults = faults
 
     def add(self, node_type: type[Any], *ros_arguments: str, **options: Any) -> Any:
-        if node_type.__name__ == self.fault.node:
-            node_type = broken(node_type, self.fault.changes)
+        faults = [fault for fault in self.faults if fault.node == node_type.__name__]
+        if faults:
+            node_type = broken(node_type, ChainMap(*(dict(fault.changes) for fault in faults)))
             options['parameter_overrides'] = [
-                Parameter(name, value=value) for name, value in self.fault.parameters.items()]
+                Parameter(name, value=value) for fault in faults
+                for name, value in fault.parameters.items()]
         return super().add(node_type, *ros_arguments, **options)
 
     def add_nodes(self) -> None:
@@ -118,8 +121,7 @@ class BrokenGraph(Graph):
 
     def robot_parameters(self) -> dict[str, Any]:
         parameters = super().robot_parameters()
-        if self.fault.urdf is not None:
-            path, attribute, value = self.fault.urdf
+        for path, attribute, value in (fault.urdf for fault in self.faults if fault.urdf):
             robot = ElementTree.fromstring(parameters['robot_description'])
             for element in robot.iterfind(path):
                 element.set(attribute, value)
@@ -334,7 +336,7 @@ def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) ->
 def run(fault: Fault) -> int:
     """Run a graph until Ctrl-C or SIGTERM, and return the exit status."""
     handle_interrupts()
-    with BrokenGraph(fault) as graph, suppress(KeyboardInterrupt):
+    with BrokenGraph([fault]) as graph, suppress(KeyboardInterrupt):
         graph.add_nodes()
         graph.spin_for(inf)
     return 0
