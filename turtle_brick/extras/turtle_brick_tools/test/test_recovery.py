@@ -55,11 +55,6 @@ def test_the_next_brick_is_caught_after_a_node_was_killed(live):
     def wait_until_ready(name: str, node: NodeProcess) -> None:
         live.wait_for(lambda: READY[name] in node.output, TIMEOUT, READY[name])
 
-    def wait_until_gone(name: str) -> None:
-        # Other nodes call the services of a killed node until its announcement expires.
-        live.wait_for(lambda: name not in live.listener.get_node_names(), TIMEOUT,
-                      f'{name} is gone')
-
     live.add_turtlesim()
     live.add_robot_state_publisher()
     live.add_robot()
@@ -70,12 +65,13 @@ def test_the_next_brick_is_caught_after_a_node_was_killed(live):
             drop()
             catch()
             catcher.kill()
-        wait_until_gone('catcher')
         with start('catcher', live) as catcher:
             wait_until_ready('catcher', catcher)
             drop()
             arena.kill()
-            wait_until_gone('arena')
+            # Other nodes call the services of a killed node until its announcement expires.
+            live.wait_for(lambda: 'arena' not in live.listener.get_node_names(), TIMEOUT,
+                          'the arena is gone')
             with start('arena', live) as arena:
                 wait_until_ready('arena', arena)
                 drop()
