@@ -2,10 +2,11 @@
 """Test each rule of the referee with correct and faulty simulated records."""
 
 from copy import deepcopy
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 from math import atan2, inf, nan, pi, radians, remainder, sin, sqrt
 from pathlib import Path
+import pickle
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -231,6 +232,12 @@ def make_record(parts=PARTS, **off):
     for add_part in parts:
         add_part(record, SimpleNamespace(**{**CORRECT, **off}))
     return record
+
+
+@cache
+def saved_record(parts, rate):
+    """Return a record as bytes. Loading one takes a third of the time of making one."""
+    return pickle.dumps(make_record(parts, rate=rate))
 
 
 NAMES = {rule.name for rule in referee.RULES}
@@ -655,7 +662,7 @@ def test_allowed_values_meet_the_rule_and_faults_violate_it(rule, off, allowed, 
         if isinstance(off, str):
             record = make_record(parts, **{'rate': rate, off: value})
         else:
-            record = make_record(parts, rate=rate)
+            record = pickle.loads(saved_record(parts, rate))
             off(record, value)
         if value in allowed:
             assert judge(record, rule)[0].mark == MET, value
