@@ -36,6 +36,8 @@ NOT_RUN = {
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'it would run this test',
     'source (install|/opt/ros/jazzy)/setup.bash': 'it belongs to another workspace',
     '(python3 turtle_brick/scripts/|ros2 run turtle_graph )referee': 'it has its own tests',
+    'ros2 launch turtle_brick_tools namespaced_arena.launch.py': 'test_turtle_arena.py runs it',
+    'ros2 pkg create my_package': 'test_own_package_starts_with_the_arena runs it',
     'ros2 run turtle_brick_tools benchmark': 'it takes minutes; test_benchmark.py runs it',
     'ros2 run turtle_brick_tools sweep': 'it takes minutes; test_sweep.py runs it',
     'python3 turtle_brick/scripts/record_rviz|ffmpeg ': 'it requires rviz2',
