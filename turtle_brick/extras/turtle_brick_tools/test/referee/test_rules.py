@@ -747,6 +747,16 @@ def test_load_can_change_a_magnitude_but_no_sign_text_or_part(rule, off, change_
     assert judge(record, rule)[0].mark == mark
 
 
+def test_a_faulty_verdict_is_open_if_its_drop_was_not_calm():
+    for drop, mark in ((0, OPEN), (1, FAILED)):
+        record = make_record(rate=10.0)
+        unseen = record.drops[0]
+        unseen.goal, unseen.caught = None, False
+        unseen.refusals.clear()
+        add_load(record, (record.drops[drop].begin - BEGIN) * SECONDS_PER_NS, 0.1)
+        assert judge(record, 'verdict: in time')[0].mark == mark
+
+
 def test_a_text_in_a_drop_that_is_not_calm_does_not_belong_to_another_drop():
     record = make_record(rate=10.0)
     text = next(received for received in record.markers if received.topic == '/text')

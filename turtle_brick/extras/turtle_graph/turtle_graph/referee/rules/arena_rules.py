@@ -666,8 +666,7 @@ def brick_floats(record: Record) -> Finding:
     return within(5.0 * STILL, motions, 'no brick floats', 'moved by at most {:.4f} m in {} drops')
 
 
-def completed(record: Record, is_relevant: Callable[[DropWatch], Any] = lambda drop: True
-              ) -> list[DropWatch]:
+def completed(record: Record, is_relevant: Callable[[DropWatch], Any]) -> list[DropWatch]:
     """Return all completed drops that satisfy `is_relevant`, or raise Open if there are none."""
     # A catcher may be busy with the previous brick.
     busy = {id(later) for drop, later in pairwise(record.whole.drops)
@@ -683,13 +682,28 @@ def name_of(drop: DropWatch) -> str:
     return '({:.2f}, {:.2f}, {:.2f})'.format(*drop.place)
 
 
+def judge_drops(record: Record, is_relevant: Callable[[DropWatch], Any],
+                fault_of: Callable[[DropWatch], str], items: str) -> Finding:
+    """
+    Judge the completed drops that satisfy `is_relevant`.
+
+    :param fault_of: function that returns what is wrong with a drop, or ''
+    """
+    drops = completed(record, is_relevant)
+    faults = [fault for fault in map(fault_of, drops) if fault]
+    judged = {drop.place for drop in drops}
+    unjudged = [drop for drop in completed(record.whole, is_relevant) if drop.place not in judged]
+    if not faults and any(map(fault_of, unjudged)):
+        raise Open('a drop that was not calm has a fault')
+    return from_faults(faults, len(drops), items)
+
+
 @rule('verdict: in time', 'it first computes … whether it can reach the brick on-time',
       'a goal or "Unreachable" is published before the brick lands', needs_calm=True)
 def verdicts_come_in_time(record: Record) -> Finding:
     # If the brick falls onto a robot at rest, neither a goal nor "Unreachable" is required.
-    drops = completed(record, lambda drop: drop.decided is not None or not drop.caught)
-    faults = [verdict_fault(record, drop) for drop in drops]
-    return from_faults([fault for fault in faults if fault], len(drops), 'in time')
+    return judge_drops(record, lambda drop: drop.decided is not None or not drop.caught,
+                       partial(verdict_fault, record), 'in time')
 
 
 def verdict_fault(record: Record, drop: DropWatch) -> str:
@@ -709,13 +723,14 @@ def verdict_fault(record: Record, drop: DropWatch) -> str:
       'a brick is caught if and only if it was not called Unreachable',
       ['verdict: out of reach', 'verdict: in reach'], needs_calm=True)
 def verdicts_come_true(record: Record) -> Finding:
-    drops, faults = completed(record), []
-    for drop in drops:
+    def fault_of(drop: DropWatch) -> str:
         if drop.caught and drop.refusals:
-            faults.append(f'{name_of(drop)} was refused but caught')
-        elif not drop.caught and not drop.refusals:
-            faults.append(f'{name_of(drop)} was missed but not refused')
-    return from_faults(faults, len(drops), 'bricks')
+            return f'{name_of(drop)} was refused but caught'
+        if not drop.caught and not drop.refusals:
+            return f'{name_of(drop)} was missed but not refused'
+        return ''
+
+    return judge_drops(record, lambda drop: True, fault_of, 'bricks')
 
 
 def texts(record: Record) -> list[ReceivedMarker]:
@@ -786,18 +801,20 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
       '"Unreachable" for each brick that no robot could catch', ['verdict: in time'],
       needs_calm=True)
 def unreachable_bricks_are_refused(record: Record) -> Finding:
-    drops = completed(record, lambda drop: drop.should_be_caught is False)
-    return from_faults([f'{name_of(drop)} was not refused' for drop in drops
-                        if not drop.refusals], len(drops), 'refused')
+    return judge_drops(
+        record, lambda drop: drop.should_be_caught is False,
+        lambda drop: '' if drop.refusals else f'{name_of(drop)} was not refused', 'refused')
 
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
       'each brick within reach is caught', ['verdict: in time'], needs_calm=True)
 def reachable_bricks_are_caught(record: Record) -> Finding:
-    drops = completed(record, lambda drop: drop.should_be_caught)
-    return from_faults([
-        f'{name_of(drop)} was {"refused" if drop.refusals else "missed"}' for drop in drops
-        if drop.refusals or not drop.caught], len(drops), 'caught')
+    def fault_of(drop: DropWatch) -> str:
+        if drop.refusals:
+            return f'{name_of(drop)} was refused'
+        return '' if drop.caught else f'{name_of(drop)} was missed'
+
+    return judge_drops(record, lambda drop: drop.should_be_caught, fault_of, 'caught')
 
 
 @rule('tip off', 'the robot drives back to the arena center and tilts the brick off',
