@@ -133,7 +133,6 @@ class GraphClient:
         for owner, name in number_fields(request):
             gravity = self.number('gravity_accel')
             setattr(owner, name, gravity)
-            self.record.profile.numbers['gravity_accel'] = gravity
             self.record.note(f'assumed: drop expects the gravity, {gravity:g} m/s^2')
 
     def place(self, position: Vector, hovering: float = HOVERING_TIME) -> Request:

@@ -168,24 +168,32 @@ class Trial(GraphClient):
     def read_numbers(self) -> None:
         """Add robot parameters from the nodes and the URDF to the profile."""
         numbers, clients = self.record.profile.numbers, self.observer.parameter_clients()
+        values: dict[str, set[float]] = {name: set() for name in NUMBERS if name not in numbers}
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(client.service_is_ready() for client in clients), self.timeout)
         for _ in range(REPETITIONS):
             # A node that lacks one of several requested parameters returns none of them.
             calls = [(name, self.observer.poller.call(client, GetParameters.Request(names=[name])))
                      for client in clients if client.service_is_ready()
-                     for name in NUMBERS if name not in numbers]
+                     for name in values]
             self.wait_until(lambda: all(responses for _, responses in calls), 2.0 * self.timeout)
             for name, responses in calls:
                 for response in responses:
                     for value in map(parameter_value_to_python, response.message.values):
                         # In some workspaces, gravity_accel is negative.
                         if type(value) in (int, float) and 0.0 < abs(value) < 1e9:
-                            numbers.setdefault(name, abs(float(value)))
+                            values[name].add(abs(float(value)))
             if all(responses for _, responses in calls):
                 break
-        for name, value in configured_numbers().items():
-            numbers.setdefault(name, value)
+        configured = configured_numbers()
+        for name, known in values.items():
+            if len(known) > 1:
+                self.record.note(f'the nodes have different values of {name}: '
+                                 f'{", ".join(f"{value:g}" for value in sorted(known))}')
+            if known and configured.get(name) not in known:
+                numbers[name] = min(known)
+            elif name in configured:
+                numbers[name] = configured[name]
         with suppress(Failed, Open):  # The assignment does not name a platform_radius parameter.
             robot = model(self.record)
             numbers.setdefault('platform_radius', robot.solid('platform', 'cylinder').size[0])
