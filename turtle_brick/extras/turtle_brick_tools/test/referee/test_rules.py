@@ -31,7 +31,7 @@ from turtle_graph.referee import referee
 from turtle_graph.referee.rules import robot_rules
 from turtle_graph.referee.rules.arena_rules import is_text_visible
 from turtle_graph.referee.rules.robot_model import model
-from turtle_graph.referee.rules.rule import FAILED, Finding, MET, OPEN, Rules
+from turtle_graph.referee.rules.rule import BEFORE_NS, FAILED, Finding, MET, OPEN, Rules
 from visualization_msgs.msg import Marker
 import xacro
 
@@ -619,7 +619,7 @@ FAULTS = (
     # Repeated text is visible from the first message until the last one expires.
     ('text: time', partial(change_text, again=(1.0, 2.0)), (1.0,), (3.0,)),
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
-     ('unreachable!', 'UNREACHABLE')),
+     ('unreachable!', 'UNREACHABLE', 'Unachievable')),
     ('text: kind', lambda record, kind: change_text(record, 3.0, kind=kind), (), (Marker.ARROW,)),
     *(('walls: size', partial(show_walls, markers=markers), (0.0,), (0.6,)) for markers in WALLS),
     ('walls: size', partial(show_walls, markers=WALLS[6][::12]), (), (0.0,)),
@@ -719,6 +719,11 @@ def test_what_load_can_change_is_judged_in_calm_trials():
         OPEN, 'not judged: other programs took processor time from the graph in 2 of 3 trials')
 
 
+def sink(record, event):
+    """Move the brick 2 m down at the time of an event (ns)."""
+    shift(record, 'brick', (event(record) - BEGIN) * SECONDS_PER_NS, -2.0, 2)
+
+
 def unchanged(record):
     pass
 
@@ -737,6 +742,10 @@ def unchanged(record):
     ('brick: floats', {'drift': 0.006}, unchanged, OPEN),
     ('text: time', {}, partial(remove_text, seconds=5.0, action=Marker.DELETE), OPEN),
     ('text: time', {}, partial(change_text, seconds=5.0), FAILED),
+    ('text: time', {}, partial(change_text, seconds=0.0), FAILED),
+    ('place', {}, partial(sink, event=lambda record: record.places[0].end - 2 * BEFORE_NS),
+     FAILED),
+    ('fall: ground', {}, partial(sink, event=lambda record: record.drops[0].down), FAILED),
     ('URDF: numbers', {}, lambda record: record.profile.numbers.update(wheel_radius=0.3),
      FAILED)))
 def test_load_can_change_a_magnitude_but_no_sign_text_or_part(rule, off, change_record, mark):
@@ -753,7 +762,8 @@ def test_a_faulty_verdict_is_open_if_its_drop_was_not_calm():
         unseen = record.drops[0]
         unseen.goal, unseen.caught = None, False
         unseen.refusals.clear()
-        add_load(record, (record.drops[drop].begin - BEGIN) * SECONDS_PER_NS, 0.1)
+        begin = (record.drops[drop].begin - BEGIN) * SECONDS_PER_NS
+        add_load(record, begin, begin + 0.1)
         assert judge(record, 'verdict: in time')[0].mark == mark
 
 

@@ -61,6 +61,10 @@ LAGS = range(-60_000_000, 50_000_001, 10_000_000)
 """Candidate delays (ns) of the brick behind TF, in which the platform may be 0.06 s late."""
 DELAYS = range(0, 50_000_001, 5_000_000)
 """Candidate delays (ns) between the angle in joint_states and the pull on the brick."""
+NOT_PLACED = 'no brick fell from the place where it was put'
+"""Text in the measured result of a requirement if all bricks moved before they were dropped."""
+MAX_DEPTH = 1.0
+"""Depth (m) below the ground that no time step explains."""
 LIFETIME, LIFETIME_TOLERANCE = 3.0, 0.3
 """Required lifetime (s) of the "Unreachable" marker, and its tolerance (s)."""
 CENTER_DISTANCE = 0.1
@@ -302,22 +306,24 @@ def bricks_are_placed(record: Record) -> Finding:
             drift.append(max_motion(track))
     require(record.frames.get(record.actual('brick')), 'no node broadcasts brick')
     require_data(off, 'the brick was not observed at the place')
-    return Finding(largest(off) <= NEAR and largest(drift) <= STILL,
-                   f'at most {largest(off):.4f} m off, moved by {largest(drift):.4f} m '
-                   f'in {len(off)} calls')
+    text = (f'at most {largest(off):.4f} m off, moved by {largest(drift):.4f} m '
+            f'in {len(off)} calls')
+    if largest(drift) > MARKER_DISTANCE:
+        raise Failed(f'{text}, before it was dropped')  # No load lets a brick move so far.
+    return Finding(largest(off) <= NEAR and largest(drift) <= STILL, text)
 
 
 def dropped(record: Record) -> list[DropWatch]:
     """Return all drops of a brick from its place, or raise Open if there are none."""
     require_clear(record, 'place', 'drop', 'brick', 'pose', f'frame {record.actual("brick")}')
-
-    def was_placed(drop: DropWatch) -> bool:
-        brick = record.pose('brick', drop.begin)
-        return brick is None or dist(brick.position, drop.place) <= MARKER_DISTANCE
-
     return require_data([drop for drop in record.drops
-                         if drop.released is not None and was_placed(drop)],
-                        'no brick fell from the place where it was put')
+                         if drop.released is not None and was_placed(record, drop)], NOT_PLACED)
+
+
+def was_placed(record: Record, drop: DropWatch) -> bool:
+    """Return whether the brick was near its place, or its pose unknown, when it was dropped."""
+    brick = record.pose('brick', drop.begin)
+    return brick is None or dist(brick.position, drop.place) <= MARKER_DISTANCE
 
 
 @rule('drop', 'After the service responds, the brick starts falling',
@@ -328,10 +334,13 @@ def bricks_are_dropped(record: Record) -> Finding:
     require_clear(record, 'place', 'drop', 'brick')
     for drop in require_data(record.drops, 'nothing was dropped'):
         responded = require_accepted(record, drop.request).end
+        if not was_placed(record, drop):
+            continue
         if drop.released is None:
             return Finding(False, 'the service responded, but no brick fell')
         delays.append((drop.released - responded) * SECONDS_PER_NS)
-    return within(FALL_DELAY, delays, '', 'at most {:.3f} s after the response in {} drops')
+    return within(FALL_DELAY, delays, NOT_PLACED,
+                  'at most {:.3f} s after the response in {} drops')
 
 
 @rule('drop: answer first', 'After the service responds, the brick starts falling in gravity',
@@ -459,11 +468,13 @@ def judge_landing(record: Record, caught: bool) -> Finding:
     surface = 'platform' if caught else 'ground'
     landings = []  # Heights (m) at which bricks were dropped and at which they landed.
     for drop in dropped(record):
+        # A brick may sink into the ground and then jump to it.
+        track = [] if caught else record.brick_track(drop.released or 0, drop.end)
+        heights = [brick.position[2] for _, brick in track]
+        if min(heights, default=0.0) < -MAX_DEPTH:
+            raise Failed(f'a brick fell through the ground, to {min(heights):.1f} m')
         if drop.landed is not None and drop.caught is caught:
-            # A brick may sink into the ground and then jump to it.
-            track = [] if caught else record.brick_track(drop.released or 0, drop.end)
-            landings.append((drop.place[2], min([
-                drop.landed[2], *(brick.position[2] for _, brick in track)])))
+            landings.append((drop.place[2], min([drop.landed[2], *heights])))
     require_data(landings, f'no brick has landed on the {surface}')
 
     surfaces = [number(record, 'platform_height') if caught else 0.0]
@@ -604,9 +615,9 @@ def fit_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]],
       f'g sin(angle) ± {SLIDE_TOLERANCE:.0%} down the slope, within {SLIDE_DEVIATION} m',
       ['brick: rides'], needs_calm=True)
 def slides_are_frictionless(record: Record) -> Finding:
-    gravity, drops, slides = number(record, 'gravity_accel'), catches(record), []
-    joint = model(record).joint('platform')
-    for drop in drops:
+    gravity, joint = number(record, 'gravity_accel'), model(record).joint('platform')
+    slides = []
+    for drop in catches(record):
         if drop.tilted is not None:
             # If the brick never leaves the platform, only the first second of the slide is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
@@ -721,7 +732,7 @@ def verdict_fault(record: Record, drop: DropWatch) -> str:
 
 @rule('verdict: kept', 'If the brick cannot be caught … If the brick can be caught …',
       'a brick is caught if and only if it was not called Unreachable',
-      ['verdict: out of reach', 'verdict: in reach'], needs_calm=True)
+      ['verdict: in time', 'verdict: out of reach', 'verdict: in reach'], needs_calm=True)
 def verdicts_come_true(record: Record) -> Finding:
     def fault_of(drop: DropWatch) -> str:
         if drop.caught and drop.refusals:
@@ -743,6 +754,10 @@ def texts(record: Record) -> list[ReceivedMarker]:
       'a marker of type TEXT_VIEW_FACING (9) with the text "Unreachable"',
       ['verdict: out of reach'])
 def text_is_a_text(record: Record) -> Finding:
+    others = {received.marker.text for received in record.markers for drop in record.drops
+              if received.marker.type == TEXT and drop.begin < received.published < drop.end}
+    if others and not any(says_unreachable(received.marker) for received in record.markers):
+        raise Failed(f'no marker says Unreachable, but a text is {", ".join(sorted(others))!r}')
     published = {(received.marker.text, received.marker.type) for received in texts(record)}
     measured = ', '.join(f'{text!r} of type {kind}' for text, kind in sorted(published))
     return Finding(published == {(UNREACHABLE, TEXT)}, measured)
@@ -781,7 +796,7 @@ def text_lasts(record: Record) -> Finding:
                  for group in groups if len(group) == 1]
     off = [abs(time - LIFETIME) for time in times]
     measured = ', '.join(f'{time:.2f} s' if time < inf else 'without end' for time in times)
-    if lifetimes == times and off and min(off) > LIFETIME_TOLERANCE:
+    if off and min(off) > LIFETIME_TOLERANCE and (lifetimes == times or min(times) == inf):
         raise Failed(measured)
     return Finding(bool(times) and max(off) <= LIFETIME_TOLERANCE, measured)
 
@@ -798,8 +813,8 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
 
 
 @rule('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
-      '"Unreachable" for each brick that no robot could catch', ['verdict: in time'],
-      needs_calm=True)
+      '"Unreachable" for each brick that no robot could catch',
+      ['verdict: in time', 'fall: acceleration'], needs_calm=True)
 def unreachable_bricks_are_refused(record: Record) -> Finding:
     return judge_drops(
         record, lambda drop: drop.should_be_caught is False,
@@ -807,7 +822,8 @@ def unreachable_bricks_are_refused(record: Record) -> Finding:
 
 
 @rule('verdict: in reach', 'can be caught on time, the robot drives under the brick',
-      'each brick within reach is caught', ['verdict: in time'], needs_calm=True)
+      'each brick within reach is caught', ['verdict: in time', 'fall: acceleration'],
+      needs_calm=True)
 def reachable_bricks_are_caught(record: Record) -> Finding:
     def fault_of(drop: DropWatch) -> str:
         if drop.refusals:

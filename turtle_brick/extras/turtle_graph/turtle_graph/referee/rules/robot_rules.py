@@ -131,13 +131,12 @@ def links_are_frames(record: Record) -> Finding:
               and record.actual('base_link') not in record.ancestors(link)]
     finding = from_faults([f'{link} is not in TF' for link in absent], len(robot.links), 'links')
     require(finding.met, finding.measured)
-    radius = record.profile.numbers.get('wheel_radius')
     wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
-    if wheel is None or radius is None:
+    if wheel is None:
         return finding
-    zero, solids = robot.pose('wheel'), robot.solids('wheel')
-    center = wheel.transform(zero.locate(solids[0].pose.position if solids else zero.position))
-    height = center[2] - radius
+    solid = robot.wheel()
+    center = wheel.transform(robot.pose('wheel').locate(solid.pose.position))
+    height = center[2] - record.profile.numbers.get('wheel_radius', solid.size[0])
     return Finding(abs(height) <= NEAR,
                    f'{finding.measured}, the wheel is {height:.3f} m above the ground')
 
@@ -391,7 +390,7 @@ def post_is_fixed(record: Record) -> Finding:
             if (solid.kind == 'cylinder' and dist((x, y), platform[:2]) <= NEAR
                     and base[2] < z < platform[2]):
                 posts.append(link)
-    return Finding(bool(posts), ', '.join(posts) or 'there is no such link')
+    return Finding(bool(posts), ', '.join(posts) or 'no cylinder between them is fixed to base_link')
 
 
 @rule('URDF: stem', 'a cylindrical link that turns about the vertical z-axis and is below',
@@ -550,7 +549,7 @@ def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
 @rule('drive: rolling', 'the wheel is rolling without slipping',
       f'wheel angle x wheel_radius = driven distance within {MAX_SLIP:.0%}, in the direction of '
       'the motion', ['joint_states: names', 'URDF: stem', 'URDF: wheel', 'URDF: numbers',
-                     'frames: base_link', 'frames: robot'], needs_calm=True)
+                     'frames: robot'], needs_calm=True)
 def wheel_does_not_slip(record: Record) -> Finding:
     wheel = model(record).joint('wheel').name
     turned = [abs(b - a) for begin, end in record.idle

@@ -95,12 +95,12 @@ class Rule(NamedTuple):
     def __call__(self, record: Record) -> Judgment:
         """Judge a record, or only its calm trials if the load can change the result."""
         whole, load = self.apply(record), record.load_summary()
-        if not (self.needs_calm and load):
+        if not (self.needs_calm and load) or whole.fault:
             return whole
         calm = self.apply(record.calm())
         if calm.mark != OPEN:
             return calm
-        if whole.mark == OPEN or whole.fault:
+        if whole.mark == OPEN:
             return whole
         return calm._replace(measured=f'not judged: {load}')
 
