@@ -1,47 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""
-Judge right graphs and graphs with one fault, and check which requirements the referee fails.
+"""Right graphs and graphs with one fault each: the nodes of turtle_brick, changed in one way."""
 
-    python3 broken_graphs.py [--busy 4] [--results FILE] [NAME ...]
-
-Each graph consists of the nodes of turtle_brick. One node has other parameters, or the messages
-that it sends are changed. The program prints one line per graph and stores correct results in a
-file, so a second run continues where the first run ended.
-"""
-
-import argparse
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack, suppress
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import partial
-from importlib.util import find_spec
 from itertools import count
-import json
-from math import inf, pi, radians, sqrt
+from math import pi, radians, sqrt
 from operator import attrgetter
-import os
-from pathlib import Path
-import sys
-from tempfile import TemporaryDirectory
-from time import monotonic
 from typing import Any
 from xml.etree import ElementTree
 
 from rclpy.parameter import Parameter
-from turtle_brick.core.parameters import load
 from turtle_brick_tools.graph import Graph
-from turtle_graph.client.processes import Process
-from turtle_graph.client.profiles import Profile
-from turtle_graph.client.spinning import handle_interrupts
 from turtle_graph.referee.referee import RULES
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN
-import yaml
 
 ROBOT, ARENA, CATCHER, PUBLISHER = 'TurtleRobot', 'Arena', 'CatcherNode', 'RobotStatePublisher'
 """Class names of the nodes."""
-REFEREE = 'import sys; from turtle_graph.referee.referee import main; sys.exit(main())'
 RATES = ('cmd_vel', 'joint_states', 'odom')
 STEM, WHEEL, TILT = range(3)
 """Indices of the joints in joint_states."""
@@ -308,10 +285,6 @@ FAULTS = (
     Fault('text for bricks in reach', ['verdict: in reach'], CATCHER,
           parameters={'command_latency': 0.6}))
 
-LOADED = ('none', 'wheel backward', 'stem 30 degrees off', 'odom without twist', 'walls 0.5 m off',
-          'text for 5 s', 'gravity 5 % too large', '90 Hz', 'brick not carried')
-"""Names of the graphs to judge beside busy loops: our own, five firm faults and three others."""
-
 
 def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) -> list[str]:
     """
@@ -331,68 +304,3 @@ def wrong_marks(fault: Fault, judgments: Iterable[Judgment], is_loaded: bool) ->
         and not RULES.all_dependencies(one.name).intersection(opened)), *(
         f'open: {one.name} ({one.measured})' for one in judged.values() if one.mark == OPEN
         and not (fault.fails or is_loaded or one.name in ('names: relative', *fault.opens)))]
-
-
-def run(fault: Fault) -> int:
-    """Run a graph until Ctrl-C or SIGTERM, and return the exit status."""
-    handle_interrupts()
-    with BrokenGraph([fault]) as graph, suppress(KeyboardInterrupt):
-        graph.add_nodes()
-        graph.spin_for(inf)
-    return 0
-
-
-def judge(fault: Fault, busy: int) -> list[str]:
-    """Judge a graph beside busy loops, and return the requirements with a wrong mark."""
-    with TemporaryDirectory() as directory, ExitStack() as stack:
-        for _ in range(busy):
-            stack.enter_context(Process([sys.executable, '-c', 'while True: pass']))
-        results, profile = (Path(directory, name) for name in ('results.json', 'profile.yaml'))
-        profile.write_text(yaml.safe_dump({'numbers': Profile.from_parameters(load()).numbers}))
-        referee = stack.enter_context(Process([
-            sys.executable, '-c', REFEREE, f'--json={results}', f'--profile={profile}', '--',
-            sys.executable, __file__, '--run', fault.name]))
-        with suppress(TimeoutError):
-            referee.wait(600.0)
-        found = json.loads(results.read_text()) if results.exists() else {}
-        if not found.get('requirements'):
-            return [referee.exit_message()]
-    # Other programs may overload the machine too.
-    return wrong_marks(fault, [Judgment(**one) for one in found['requirements']],
-                       bool(busy or found['load']))
-
-
-def main() -> int:
-    """Judge all graphs that are not in the results, and return the exit status."""
-    faults, status = {fault.name: fault for fault in FAULTS}, 0
-    parser = argparse.ArgumentParser(description=__doc__.strip().partition('\n')[0])
-    parser.add_argument('names', nargs='*', metavar='NAME', help='graphs to judge (default: all)')
-    parser.add_argument('--busy', type=int, default=0, metavar='COUNT',
-                        help='number of busy loops beside the graph')
-    parser.add_argument('--results', type=Path, default=Path('broken_graphs.json'),
-                        metavar='FILE', help='file with correct results, which are not repeated')
-    parser.add_argument('--run', choices=faults, help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.run:
-        return run(faults[options.run])
-    done = json.loads(options.results.read_text()) if options.results.exists() else {}
-    for name in options.names or (LOADED if options.busy else faults):
-        key = f'{name}, {options.busy} busy loops'
-        if key in done:
-            continue
-        if faults[name].node == PUBLISHER and find_spec('robot_state_publisher') is None:
-            print(f'– {key}: not judged, because the real robot_state_publisher cannot be changed')
-            continue
-        begin, wrong = monotonic(), judge(faults[name], options.busy)
-        line = (f'{monotonic() - begin:3.0f} s, load {os.getloadavg()[0]:4.1f}: '
-                f'{", ".join(faults[name].fails) or "no failure"}')
-        print(f'{"✗" if wrong else "✔"} {key}: {line}', *wrong, sep='\n    ', flush=True)
-        status = status or bool(wrong)
-        if not wrong:
-            done[key] = line
-            options.results.write_text(json.dumps(done, indent=1), encoding='utf-8')
-    return int(status)
-
-
-if __name__ == '__main__':
-    sys.exit(main())
