@@ -29,7 +29,7 @@ from turtle_graph.client.record import (Drive, Frame, Received, ReceivedMarker, 
 from turtle_graph.client.storage import load as load_record, save
 from turtle_graph.referee import referee
 from turtle_graph.referee.rules import robot_rules
-from turtle_graph.referee.rules.arena_rules import is_text_visible
+from turtle_graph.referee.rules.catcher_rules import is_text_visible
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import BEFORE_NS, FAILED, Finding, MET, OPEN, Rules
 from visualization_msgs.msg import Marker

@@ -25,11 +25,11 @@ from turtle_graph.client.storage import load, save
 from turtle_graph.referee import class_table, report
 from turtle_graph.referee.classroom import judge_class, rules_in_hour
 from turtle_graph.referee.options import parse
-from turtle_graph.referee.rules import arena_rules, robot_rules
+from turtle_graph.referee.rules import arena_rules, catcher_rules, robot_rules
 from turtle_graph.referee.rules.rule import FAILED, Judgment, Rules
 from turtle_graph.referee.trial import DISCOVERY_TIME, Program, PROGRAMS, STRUCTURE, Trial
 
-RULES = Rules((*robot_rules.RULES, *arena_rules.RULES))
+RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
 
 SOURCE = ('bash', '-c', 'IFS= source "$1" >&2 && exec "${@:2}"', 'bash')
 """Beginning of a command that sources a setup file first. IFS keeps spaces in its paths."""

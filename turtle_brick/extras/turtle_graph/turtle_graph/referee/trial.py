@@ -23,7 +23,7 @@ from turtle_graph.client.observer import Observer
 from turtle_graph.client.profiles import NUMBERS
 from turtle_graph.client.record import EXTRAPOLATION_NS, LOADED, Request
 from turtle_graph.client.spinning import Spinner
-from turtle_graph.referee.rules.arena_rules import is_text_visible
+from turtle_graph.referee.rules.catcher_rules import is_text_visible
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import Failed, Open
 import yaml
