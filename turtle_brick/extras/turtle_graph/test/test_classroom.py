@@ -44,6 +44,7 @@ def students(tmp_path, monkeypatch):
         for directory in ('turtle_brick', 'ament_index/resource_index/packages'):
             (share / directory).mkdir(parents=True)
         (share / 'ament_index/resource_index/packages/turtle_brick').touch()
+        (share / 'turtle_brick/package.xml').touch()
         (share / 'turtle_brick/turtle_arena.launch.py').write_text('import turtle_brick')
         (share / 'turtle_brick/turtle_arena.launch.xml').write_text(
             '<launch><executable cmd="false"/></launch>')
@@ -51,10 +52,11 @@ def students(tmp_path, monkeypatch):
             f'export AMENT_PREFIX_PATH={share.parent}:$AMENT_PREFIX_PATH')
         (share.parent / 'setup.sh').write_text(
             f'_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX={prefix}\n')
-    (tmp_path / 'class/bob/src').mkdir(parents=True)
-    (tmp_path / 'class/bob/log/latest_build/turtle_brick').mkdir(parents=True)
-    (tmp_path / 'class/bob/log/latest_build/turtle_brick/command.log').write_text(
-        "Invoked command in '/bob' returned '1': python3 setup.py\n")
+    for directory in ('src', 'install/share/turtle_brick/hook', 'log/latest_build/turtle_brick'):
+        (tmp_path / 'class/bob' / directory).mkdir(parents=True)
+    (tmp_path / 'class/bob/install/local_setup.bash').touch()
+    (tmp_path / 'class/bob/log/latest_build/events.log').write_text(
+        "[0.2] (turtle_brick) JobEnded: {'identifier': 'turtle_brick', 'rc': 1}\n")
     (tmp_path / 'class/bob/log/latest_build/turtle_brick/stderr.log').write_text(BUILD_ERROR)
     # The setup file of dora is not UTF-8, and one of eve cannot be read.
     (tmp_path / 'class/dora/install/setup.sh').write_bytes(b'\xff\n')

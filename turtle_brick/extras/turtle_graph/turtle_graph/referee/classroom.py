@@ -10,7 +10,7 @@ referee that judges it runs in another process, which can import only the worksp
 import argparse
 from collections.abc import Sequence
 from contextlib import suppress
-from itertools import chain, product
+from itertools import product
 import os
 from pathlib import Path
 import re
@@ -39,8 +39,10 @@ PYTHON_DIRECTORIES = ('lib/python3*/site-packages', 'local/lib/python3*/dist-pac
 """Patterns for the directories, relative to a prefix, that contain Python packages."""
 PREFIX = re.compile('^_colcon_prefix_chain_sh_COLCON_CURRENT_PREFIX=(.*)$', re.M)
 """Pattern for the line in colcon's setup.sh that contains the original install directory."""
-BUILD_LOGS = ('log/latest_build/*/command.log', '.ros/log/latest_build/*/command.log')
-"""Patterns for colcon's logs of the commands that build a package."""
+BUILD_LOGS = ('log/latest_build', '.ros/log/latest_build')
+"""Directories, relative to a workspace, with colcon's logs of the last build."""
+FAILED_JOB = re.compile(r"JobEnded: \{'identifier': '(.*)', 'rc': [^0]")
+"""Pattern for the name of a package whose build failed, in the file events.log of colcon."""
 REFEREE = Path(__file__).parent
 """Directory of the program that judges one graph. Running it does not use its installation."""
 HOUR_OF_NAMES = 1
@@ -81,7 +83,9 @@ def find_install(workspace: Path) -> tuple[Path, Path]:
     """Return the install and share directories of a built workspace, or raise Unjudged."""
     for name, share in product(INSTALL_DIRECTORIES, SHARE_DIRECTORIES):
         install = workspace / name
-        if (install / 'local_setup.bash').is_file() and (install / share).is_dir():
+        # A failed build leaves the directory `share` without this file.
+        if ((install / 'local_setup.bash').is_file()
+                and (install / share / 'package.xml').is_file()):
             for path in install.glob('setup.sh'):
                 prefix = PREFIX.search(path.read_text(encoding='utf-8', errors='replace'))
                 if prefix is not None and not Path(prefix[1]).is_dir():
@@ -93,14 +97,19 @@ def find_install(workspace: Path) -> tuple[Path, Path]:
 
 def build_error(workspace: Path) -> str:
     """Return the first error in the logs of the last build of a workspace."""
-    for path in chain.from_iterable(sorted(workspace.glob(logs)) for logs in BUILD_LOGS):
-        if re.search(r"returned '[^0]", path.read_text(encoding='utf-8', errors='replace')):
-            text = printable(path.with_name('stderr.log').read_text('utf-8', errors='replace'))
+    for directory in BUILD_LOGS:
+        events = workspace / directory / 'events.log'
+        if not events.is_file():
+            continue
+        failed = FAILED_JOB.search(events.read_text('utf-8', errors='replace'))
+        if failed is not None:
+            log = events.with_name(failed[1]) / 'stderr.log'
+            text = printable(log.read_text('utf-8', errors='replace'))
             lines = [line.strip() for line in text.splitlines() if line.strip()]
             first = next((number for number, line in enumerate(lines) if 'error' in line.lower()),
                          max(len(lines) - 3, 0))
             error = (TRACEBACK.findall(text) or [' '.join(lines[first:first + 3])])[-1]
-            return f'{path.parent.name}: {error}'
+            return f'{failed[1]}: {error}'
     return 'there is no setup file of a package turtle_brick, and no log of a failed build'
 
 
