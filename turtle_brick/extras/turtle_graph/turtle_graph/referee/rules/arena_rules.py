@@ -62,7 +62,7 @@ DELAYS = range(0, 50_000_001, 5_000_000)
 """Candidate delays (ns) between the angle in joint_states and the pull on the brick."""
 NOT_PLACED = 'no brick fell from the place where it was put'
 """Text in the measured result of a requirement if all bricks moved before they were dropped."""
-MAX_DEPTH = 1.0
+MAX_SINKING = 1.0
 """Depth (m) below the ground that no time step explains."""
 
 
@@ -466,7 +466,7 @@ def judge_landing(record: Record, caught: bool) -> Finding:
         # A brick may sink into the ground and then jump to it.
         track = [] if caught else record.brick_track(drop.released or 0, drop.end)
         heights = [brick.position[2] for _, brick in track]
-        if min(heights, default=0.0) < -MAX_DEPTH:
+        if min(heights, default=0.0) < -MAX_SINKING:
             raise Failed(f'a brick fell through the ground, to {min(heights):.1f} m')
         if drop.landed is not None and drop.caught is caught:
             landings.append((drop.place[2], min([drop.landed[2], *heights])))

@@ -390,7 +390,7 @@ def post_is_fixed(record: Record) -> Finding:
             if (solid.kind == 'cylinder' and dist((x, y), platform[:2]) <= NEAR
                     and base[2] < z < platform[2]):
                 posts.append(link)
-    return Finding(bool(posts), ', '.join(posts) or 'no cylinder between them is fixed to base_link')
+    return Finding(bool(posts), ', '.join(posts) or 'no cylinder between is fixed to base_link')
 
 
 @rule('URDF: stem', 'a cylindrical link that turns about the vertical z-axis and is below',
