@@ -10,6 +10,7 @@ import pickle
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
+from broken_graphs import all_dependencies
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, TransformStamped, Twist
 from nav_msgs.msg import Odometry
@@ -1074,7 +1075,7 @@ def test_the_angle_of_the_brick_is_open_if_nothing_was_inclined():
 
 def test_dependencies_are_rules_without_circles():
     for name in NAMES:
-        assert referee.RULES.all_dependencies(name) <= NAMES - {name}
+        assert all_dependencies(name) <= NAMES - {name}
 
 
 def test_an_absent_topic_breaks_many_rules_with_one_cause():

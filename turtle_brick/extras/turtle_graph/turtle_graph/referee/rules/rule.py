@@ -172,11 +172,6 @@ class Rules(list[Rule]):
                 causes.update({first: [], **{name: [first] for name in others}})
         return causes
 
-    def all_dependencies(self, name: str) -> set[str]:
-        """Return the direct and indirect dependencies of a rule."""
-        names = {rule.name: set(rule.depends_on) for rule in self}.get(name, set())
-        return names.union(*map(self.all_dependencies, names))
-
 
 def number(record: Record, name: str) -> float:
     """Return a physical parameter of the robot, or raise Open if the value is unknown."""
