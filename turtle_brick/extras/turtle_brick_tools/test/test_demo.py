@@ -96,14 +96,16 @@ def test_only_a_page_that_responds_is_accepted_and_only_a_free_port_chosen(monke
     assert not demo.responds(port)
 
 
-def test_a_page_that_does_not_respond_is_a_fault(domain_id, monkeypatch, capfd):
+def test_an_absent_page_and_other_catches_are_faults(domain_id, monkeypatch, capfd):
     monkeypatch.setattr(demo, 'bricks', lambda *_: [])
-    options = SimpleNamespace(drops=1, place=[])
+    options = SimpleNamespace(drops=0, place=[])
     with socket.create_server(('127.0.0.1', 0)) as server, graph(domain_id) as live:
         monkeypatch.setattr(demo, 'PAGE_TIMEOUT', 0.1)
         assert not demo.run_scenario(live, options, load(), server.getsockname()[1])
-    fault, summary = capfd.readouterr().out.splitlines()
-    assert fault.startswith('FAULT: the page http://127.0.0.1:') and '1 faulty' in summary
+    page, catches, summary = capfd.readouterr().out.splitlines()
+    assert page.startswith('FAULT: the page http://127.0.0.1:')
+    assert catches == 'FAULT: not exactly the first brick was caught'
+    assert summary.endswith('2 faulty')
 
 
 def test_ctrl_c_does_not_hide_a_fault(monkeypatch):
