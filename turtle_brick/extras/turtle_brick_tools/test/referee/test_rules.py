@@ -493,6 +493,20 @@ def delay_tilting_brick(record, samples):
     move(record.frames['brick'], lambda _: before.pose, late[0].stamp, late[samples - 1].stamp + 1)
 
 
+def land_late(record, seconds):
+    """Let the brick land some time before it is tipped off."""
+    record.drops[1].down = at(TILT - seconds)
+    move(record.frames['brick'], lambda sample: shifted(sample.pose, (0.0, 0.0, 0.1)),
+         end=record.drops[1].down)
+
+
+def interrupt(record, seconds):
+    """End the record some time after the text appears."""
+    text = next(received for received in record.markers if received.topic == '/text')
+    text.marker.lifetime.sec, text.marker.lifetime.nanosec = 0, 50_000_000
+    record.drops[0].end = text.published + round(seconds * NS_PER_SECOND)
+
+
 def judge_early(record, seconds):
     text = next(received for received in record.markers if received.topic == '/text')
     record.markers.append(text._replace(published=at(seconds)))
@@ -644,6 +658,8 @@ FAULTS = (
     ('brick: hovers', lambda record, rest: record.idle.append(tuple(map(at, rest))),
      ((2.6, 3.0),), ()),
     ('slide: law', delay_tilting_brick, (1,), ()),
+    ('slide: law', land_late, (0.1,), ()),
+    ('slide: end', land_late, (0.1,), ()),
     ('verdict: in time', judge_early, (), (2.4,)))
 """Each row contains a rule, a change to a correct record, and accepted and rejected values."""
 
@@ -766,6 +782,13 @@ def test_a_faulty_verdict_is_open_if_its_drop_was_not_calm():
         begin = (record.drops[drop].begin - BEGIN) * SECONDS_PER_NS
         add_load(record, begin, begin + 0.1)
         assert judge(record, 'verdict: in time')[0].mark == mark
+
+
+@pytest.mark.parametrize('seconds, mark', ((0.02, OPEN), (1.0, FAILED)))
+def test_a_text_is_open_if_the_record_ends_before_it(seconds, mark):
+    record = make_record((drive, fall))
+    interrupt(record, seconds)
+    assert judge(record, 'text: time')[0].mark == mark
 
 
 def test_a_text_in_a_drop_that_is_not_calm_does_not_belong_to_another_drop():

@@ -56,8 +56,8 @@ MARKER_DISTANCE = 0.3
 """Typical maximum distance (m) between the brick and a marker that moves with it."""
 STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics simulation."""
-LAGS = range(-60_000_000, 50_000_001, 10_000_000)
-"""Candidate delays (ns) of the brick behind TF, in which the platform may be 0.06 s late."""
+LAGS = range(-60_000_000, 80_000_001, 10_000_000)
+"""Candidate delays (ns) of the brick behind the platform in TF, which may be updated at 20 Hz."""
 DELAYS = range(0, 50_000_001, 5_000_000)
 """Candidate delays (ns) between the angle in joint_states and the pull on the brick."""
 NOT_PLACED = 'no brick fell from the place where it was put'
@@ -616,7 +616,7 @@ def slides_are_frictionless(record: Record) -> Finding:
         if drop.tilted is not None:
             # If the brick never leaves the platform, only the first second of the slide is judged.
             end = drop.floated or min(drop.end, drop.tilted + NS_PER_SECOND)
-            track = list(slide_track(record, drop.tilted - 2 * BEFORE_NS, end))
+            track = list(slide_track(record, rest_before_tilt(drop), end))
             tilts = record.joint(joint.name, drop.tilted - NS_PER_SECOND, end)
             if track and tilts:  # On a busy machine, the poses may be unknown.
                 slides.append(fit_slide(gravity, track, tilts))
@@ -627,12 +627,17 @@ def slides_are_frictionless(record: Record) -> Finding:
                    f'{largest(off):.4f} m off in {len(slides)} slides', plots[0])
 
 
+def rest_before_tilt(drop: DropWatch) -> int:
+    """Return a time (ns) at which a brick rests on the platform, shortly before it is tilted."""
+    return max((drop.tilted or 0) - 2 * BEFORE_NS, drop.down or 0)
+
+
 def end_of_slide(record: Record, drop: DropWatch, radius: float) -> tuple[float, float] | None:
     """Return the distances (m) from the platform's edge and from the plane of the slide."""
     if drop.floated is None or drop.tilted is None:
         return None
     length, width, _ = numpy.ptp(brick_corners(record), axis=0)
-    before = record.on_platform(drop.tilted - 2 * BEFORE_NS)
+    before = record.on_platform(rest_before_tilt(drop))
     brick = record.pose('brick', drop.floated)
     platforms = close_platforms(record, drop.floated)
     if not platforms or brick is None or before is None:
