@@ -137,8 +137,9 @@ def links_are_frames(record: Record) -> Finding:
     solid = robot.wheel()
     center = wheel.transform(robot.pose('wheel').locate(solid.pose.position))
     height = center[2] - record.profile.numbers.get('wheel_radius', solid.size[0])
+    side = 'above' if height >= 0.0 else 'below'
     return Finding(abs(height) <= NEAR,
-                   f'{finding.measured}, the wheel is {height:.3f} m above the ground')
+                   f'{finding.measured}, the wheel is {abs(height):.3f} m {side} the ground')
 
 
 @rule('frames: brick', 'brick. This frame is the location of the brick',
