@@ -242,7 +242,7 @@ def saved_record(parts, rate):
 
 
 NAMES = {rule.name for rule in referee.RULES}
-ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'frames: brick', 'rate: brick', 'tilt'}
+ROBOT_RULES = {rule.name for rule in robot_rules.RULES} - {'tilt'}
 BRICK_RULES = NAMES - ROBOT_RULES - {'rate: brick'}
 """The brick rules are tested at a low message rate, which violates 'rate: brick'."""
 
@@ -1147,6 +1147,23 @@ def test_what_the_environment_lacks_fails_no_rule():
     python = explain_missing("robot crashed: ModuleNotFoundError: No module named 'rclpy'")
     assert python.endswith('(it is here, but the program was started with another Python)')
     assert FAILED in {one.mark for one in record_of_crash(ours)}
+
+
+def test_what_the_environment_lacks_opens_no_requirement_for_an_earlier_node():
+    record = make_record(slip=-1.0)
+    for drop in record.drops:
+        drop.refusals.clear()
+    record.crashes = [explain_missing('catcher crashed: This environment lacks a module')]
+    judgments = {one.name: one for one in referee.RULES.judge(record)}
+    assert [name for name, one in judgments.items() if one.mark == FAILED] == ['drive: rolling']
+    assert judgments['verdict: in time'].measured == record.crashes[0]
+
+    del record.frames['brick']
+    record.markers.clear()
+    record.drops.clear()
+    judgments = {one.name: one for one in referee.RULES.judge(record)}
+    assert [name for name, one in judgments.items() if one.mark == FAILED] == ['drive: rolling']
+    assert judgments['frames: brick'].measured == record.crashes[0]
 
 
 def test_a_part_of_the_interface_that_cannot_be_used_is_open():

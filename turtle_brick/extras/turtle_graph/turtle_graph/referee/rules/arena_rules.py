@@ -18,14 +18,14 @@ from turtle_graph.client.messages import NS_PER_SECOND, read_pose, read_vector, 
 from turtle_graph.client.profiles import NUMBERS
 from turtle_graph.client.record import ReceivedMarker, Record
 from turtle_graph.referee.rules.robot_model import model
-from turtle_graph.referee.rules.robot_rules import top_speed
+from turtle_graph.referee.rules.robot_rules import frame, judge_rate, top_speed
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
                                              NEAR, number, Open, PHYSICS_RATE, Plot,
                                              RATE_TOLERANCE, require, require_accepted,
                                              require_clear, require_data, Rules, SAME_ANGLE, thin,
                                              within)
 
-RULES = Rules()
+RULES = Rules(node='arena')
 rule = RULES.rule
 
 WALL_TOLERANCE = 0.3
@@ -52,8 +52,8 @@ MIN_WALL_LENGTH, MAX_WALL_RATIO = 5.0, 0.5
 """Minimum length (m) and maximum ratio of width to length of a wall. A floor is wider."""
 MIN_PIECE_LENGTH = 0.1
 """Minimum length (m) of a piece of a wall."""
-MARKER_DISTANCE = 0.3
-"""Typical maximum distance (m) between the brick and a marker that moves with it."""
+AT_BRICK = 0.3
+"""Maximum distance (m) from the brick to its place before a drop, and usually to its marker."""
 STEP = 1.0 / PHYSICS_RATE
 """Time step (s) of the physics simulation."""
 LAGS = range(-60_000_000, 80_000_001, 10_000_000)
@@ -64,6 +64,19 @@ NOT_PLACED = 'no brick fell from the place where it was put'
 """Text in the measured result of a requirement if all bricks moved before they were dropped."""
 MAX_SINKING = 1.0
 """Depth (m) below the ground that no time step explains."""
+
+
+@rule('frames: brick', 'brick. This frame is the location of the brick',
+      'brick is a descendant of world')
+def brick_is_below_world(record: Record) -> Finding:
+    frame(record, 'brick')
+    chain = record.ancestors('brick')
+    return Finding(chain[-1] == record.actual('world'), ' -> '.join(reversed(chain)))
+
+
+rule('rate: brick', 'The node should simulate the physics at 250 Hz',
+     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}', needs_calm=True)(
+         partial(judge_rate, name='brick', nominal=PHYSICS_RATE))
 
 
 def max_motion(positions: Iterable[Any]) -> float:
@@ -197,7 +210,7 @@ def moves_with_brick(record: Record, group: list[ReceivedMarker]) -> bool:
             if brick is not None:
                 there = pose_of_marker(record, received, received.published)
                 off.append(dist(there.position, brick.position))
-    return bool(off) and median(off) <= MARKER_DISTANCE
+    return bool(off) and median(off) <= AT_BRICK
 
 
 def brick_corners(record: Record) -> Array:
@@ -303,7 +316,7 @@ def bricks_are_placed(record: Record) -> Finding:
     require_data(off, 'the brick was not observed at the place')
     text = (f'at most {largest(off):.4f} m off, moved by {largest(drift):.4f} m '
             f'in {len(off)} calls')
-    if largest(drift) > MARKER_DISTANCE:
+    if largest(drift) > AT_BRICK:
         raise Failed(f'{text}, before it was dropped')  # No load lets a brick move so far.
     return Finding(largest(off) <= NEAR and largest(drift) <= STILL, text)
 
@@ -318,7 +331,7 @@ def dropped(record: Record) -> list[DropWatch]:
 def was_placed(record: Record, drop: DropWatch) -> bool:
     """Return whether the brick was near its place, or its pose unknown, when it was dropped."""
     brick = record.pose('brick', drop.begin)
-    return brick is None or dist(brick.position, drop.place) <= MARKER_DISTANCE
+    return brick is None or dist(brick.position, drop.place) <= AT_BRICK
 
 
 @rule('drop', 'After the service responds, the brick starts falling',

@@ -15,7 +15,7 @@ from turtle_graph.referee.rules.arena_rules import ADD, catches, dropped, TEXT
 from turtle_graph.referee.rules.rule import (Failed, Finding, from_faults, Open, require_data,
                                              Rules, within)
 
-RULES = Rules()
+RULES = Rules(node='catcher')
 rule = RULES.rule
 
 DELETE_ACTIONS = 2, 3

@@ -18,10 +18,9 @@ from turtle_graph.client.record import (Drive, Frame, message_rate, POSE_PERIOD_
                                         Record, Sample, stamp_of)
 from turtle_graph.referee.rules.robot_model import model
 from turtle_graph.referee.rules.rule import (BEFORE_NS, Failed, Finding, from_faults, largest,
-                                             NEAR, number, Open, PHYSICS_RATE, Plot,
-                                             RATE_TOLERANCE, require, require_accepted,
-                                             require_clear, require_data, Rules, SAME_ANGLE, thin,
-                                             within)
+                                             NEAR, number, Open, Plot, RATE_TOLERANCE,
+                                             require, require_accepted, require_clear,
+                                             require_data, Rules, SAME_ANGLE, thin, within)
 
 RULES = Rules()
 rule = RULES.rule
@@ -76,6 +75,11 @@ def messages(record: Record, name: str) -> list[Received]:
 def turtle_track(record: Record, begin: int, end: int) -> list[tuple[float, float]]:
     """Return the positions (m) of the turtle in turtlesim between two times (ns)."""
     return [(pose.message.x, pose.message.y) for pose in record.messages('pose', begin, end)]
+
+
+def wheel_radius(record: Record) -> float:
+    """Return the configured radius (m) of the wheel, or that in the URDF if none is configured."""
+    return record.profile.numbers.get('wheel_radius', model(record).wheel().size[0])
 
 
 def drives(record: Record) -> list[Drive]:
@@ -134,20 +138,11 @@ def links_are_frames(record: Record) -> Finding:
     wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
     if wheel is None:
         return finding
-    solid = robot.wheel()
-    center = wheel.transform(robot.pose('wheel').locate(solid.pose.position))
-    height = center[2] - record.profile.numbers.get('wheel_radius', solid.size[0])
+    center = wheel.transform(robot.pose('wheel').locate(robot.wheel().pose.position))
+    height = center[2] - wheel_radius(record)
     side = 'above' if height >= 0.0 else 'below'
     return Finding(abs(height) <= NEAR,
                    f'{finding.measured}, the wheel is {abs(height):.3f} m {side} the ground')
-
-
-@rule('frames: brick', 'brick. This frame is the location of the brick',
-      'brick is a descendant of world')
-def brick_is_below_world(record: Record) -> Finding:
-    frame(record, 'brick')
-    chain = record.ancestors('brick')
-    return Finding(chain[-1] == record.actual('world'), ' -> '.join(reversed(chain)))
 
 
 @rule('frames: broadcasters', 'Broadcasting the … base_link frame …, the brick frame …',
@@ -234,9 +229,6 @@ for name in ('cmd_vel', 'odom', 'joint_states', 'base_link'):
     rule(f'rate: {name}', 'All publishing and broadcasting shall be done at 100 Hz',
          f'{RATE:g} Hz ± {RATE_TOLERANCE:.0%}', needs_calm=True)(
              partial(judge_rate, name=name, nominal=RATE))
-rule('rate: brick', 'The node should simulate the physics at 250 Hz',
-     f'{PHYSICS_RATE:g} Hz ± {RATE_TOLERANCE:.0%}', needs_calm=True)(
-         partial(judge_rate, name='brick', nominal=PHYSICS_RATE))
 
 
 def velocity(message: Any) -> tuple[float, float, float]:
@@ -526,8 +518,7 @@ def motion_between(start: Pose, end: Pose) -> Array:
 
 def driven_and_rolled(record: Record, drive: Drive) -> tuple[float, float]:
     """Return the distance (m) driven by the robot and the signed distance rolled by the wheel."""
-    robot = model(record)
-    radius = record.profile.numbers.get('wheel_radius') or robot.wheel().size[0]
+    robot, radius = model(record), wheel_radius(record)
     joint, stem = robot.joint('wheel'), robot.joint('stem').name
     # TF contains the stem angle too, but robot_state_publisher may publish it at a low rate.
     stem_angles = angles_in(record, stem, drive)

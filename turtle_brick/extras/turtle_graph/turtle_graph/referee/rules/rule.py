@@ -11,7 +11,7 @@ delays, is judged by the calm trials, in which no other program delayed the grap
 the requirement is open, unless the function raises `Failed` for the other trials.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from traceback import format_exc
 from typing import Any, NamedTuple, TypeVar
 
@@ -32,6 +32,8 @@ SAME_ANGLE = 0.02
 BEFORE_NS = 100_000_000
 """Time (ns) between the last pose evaluated by a rule and the next request of the referee."""
 MET, FAILED, OPEN = '✔', '✗', '–'
+NODES = 'turtle_robot', 'arena', 'catcher'
+"""The nodes of the assignment. The behavior of a node may depend on the nodes before it."""
 
 
 class Failed(Exception):
@@ -91,6 +93,7 @@ class Rule(NamedTuple):
     judge: Judge
     depends_on: Sequence[str]  # Requirements that must be met before this one can be met.
     needs_calm: bool = False  # Whether the load of the machine can change the result.
+    node: str = NODES[0]  # The node that meets the requirement.
 
     def __call__(self, record: Record) -> Judgment:
         """Judge a record, or only its calm trials if the load can change the result."""
@@ -124,12 +127,18 @@ class Rule(NamedTuple):
 class Rules(list[Rule]):
     """A list of rules to apply to a record."""
 
+    def __init__(self, rules: Iterable[Rule] = (), node: str = NODES[0]) -> None:
+        """Create a list of rules. The rules added later are requirements for the given node."""
+        super().__init__(rules)
+        self.node = node
+
     def rule(self, name: str, sentence: str, expected: str,
              depends_on: Sequence[str] = (), needs_calm: bool = False
              ) -> Callable[[Judge], Judge]:
         """Return a decorator that adds a function to this list as a Rule with the given fields."""
         def add(judge: Judge) -> Judge:
-            self.append(Rule(name, sentence, expected, judge, depends_on, needs_calm))
+            self.append(Rule(name, sentence, expected, judge, depends_on, needs_calm,
+                             self.node))
             return judge
         return add
 
@@ -139,21 +148,30 @@ class Rules(list[Rule]):
         causes = self.causes({judgment.name: judgment for judgment in judgments
                               if judgment.mark == FAILED})
         absent = {judgment.name for judgment in judgments if judgment.absent}
-        for name, names in causes.items():
-            if record.crashes and absent.intersection([name, *names]):
-                causes[name] = record.crashes
-        judgments = [judgment._replace(follows=causes.get(judgment.name, ()))
-                     for judgment in judgments]
+
+        def follows_absence(name: str) -> bool:
+            return name in absent or any(map(follows_absence, causes[name]))
+
+        incomplete = {name for name in causes if follows_absence(name)}
+        if record.crashes:
+            causes.update(dict.fromkeys(incomplete, record.crashes))
         lacks = '; '.join(filter(LACKS.search, record.crashes))
-        if lacks:  # The graph may be correct in an environment that contains everything.
-            behavior = {rule.name for rule in self if rule.needs_calm}
-            for index, judgment in enumerate(judgments):
-                if judgment.mark == FAILED and (
-                        judgment.follows or judgment.absent or judgment.name in behavior):
-                    judgments[index] = judgment._replace(mark=OPEN, measured=lacks, follows=())
+        # The graph may be correct in an environment that contains everything.
+        opened = incomplete | self.behavior_without(absent) if lacks else set()
+        judgments = [
+            judgment._replace(mark=OPEN, measured=lacks) if judgment.name in opened & causes.keys()
+            else judgment._replace(follows=causes.get(judgment.name, ()))
+            for judgment in judgments]
         order = (FAILED, OPEN, MET)
         return sorted(judgments, key=lambda judgment: (
             order.index(judgment.mark), bool(judgment.follows)))
+
+    def behavior_without(self, absent: Collection[str]) -> set[str]:
+        """Return the requirements for the behavior of the first node with an absent part."""
+        numbers = [NODES.index(rule.node) for rule in self if rule.name in absent]
+        first = min(numbers, default=NODES.index('catcher'))  # All its messages come later.
+        return {rule.name for rule in self
+                if rule.needs_calm and NODES.index(rule.node) >= first}
 
     def causes(self, failed: Mapping[str, Judgment]) -> dict[str, list[str]]:
         """
