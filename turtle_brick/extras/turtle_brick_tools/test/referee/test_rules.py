@@ -882,6 +882,16 @@ def test_a_link_is_where_its_visual_is():
     assert [one.name for one in judge(record, *names) if one.mark != MET] == []
 
 
+def test_the_wheel_is_judged_when_its_pose_is_known():
+    record = make_record((drive,))
+    record.idle.insert(0, (at(-9.0), at(-8.0)))
+    assert judge(record, 'frames: robot')[0].mark == MET
+    move(record.frames['odom'], lambda sample: shifted(sample.pose, (0.0, 0.0, 0.05)))
+    assert judge(record, 'frames: robot')[0].mark == FAILED
+    del record.frames['odom']
+    assert judge(record, 'frames: robot')[0].mark == OPEN
+
+
 def test_a_wheel_is_on_the_ground_if_its_visual_is():
     record = make_record((drive,))
     _, edit, *_ = urdf('', "link[@name='wheel']/visual/origin", 'xyz')

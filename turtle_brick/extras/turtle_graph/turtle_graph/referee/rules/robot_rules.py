@@ -135,9 +135,8 @@ def links_are_frames(record: Record) -> Finding:
               and record.actual('base_link') not in record.ancestors(link)]
     finding = from_faults([f'{link} is not in TF' for link in absent], len(robot.links), 'links')
     require(finding.met, finding.measured)
-    wheel = record.pose('wheel', record.idle[0][1]) if record.idle else None
-    if wheel is None:
-        return finding
+    poses = [record.pose('wheel', end) for _, end in record.trial_spans()]
+    wheel, *_ = require_data(poses, 'the pose of the wheel in the world frame is unknown')
     center = wheel.transform(robot.pose('wheel').locate(robot.wheel().pose.position))
     height = center[2] - wheel_radius(record)
     side = 'above' if height >= 0.0 else 'below'
