@@ -12,7 +12,7 @@ from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN
 JUDGMENTS = [
     Judgment('b', '', '', FAILED, 'wrong'),
     Judgment('d', '', '', FAILED, 'wrong', follows=['b']),
-    Judgment('c', '', '', OPEN, f'not judged: {LOADED} in 1 of 9 trials'),
+    Judgment('c', '', '', OPEN, f'not judged: {LOADED} in 1 of 9 trials', loaded=True),
     Judgment('e', '', '', OPEN, 'no data'),
     Judgment('a', '', '', MET, '')]
 
@@ -21,7 +21,7 @@ JUDGMENTS = [
 def judged(tmp_path):
     directory = tmp_path / 'judged'
     (directory / 'dora').mkdir(parents=True)
-    for name, judgments, note in (('ann', JUDGMENTS, report.INTERRUPTED),
+    for name, judgments, note in (('ann', JUDGMENTS, report.INCOMPLETE),
                                   ('bob', JUDGMENTS[4:], 'ö'), ('dora/late', [], 'ö')):
         (directory / f'{name}.json').write_text(
             report.as_json(judgments, {'date': '2026-11-23', 'notes': [note]}))
@@ -36,7 +36,7 @@ def test_the_summary_has_one_row_per_student(judged, tmp_path, monkeypatch, caps
     assert referee.main(['--summary', str(judged), '--csv', str(table), '--page', str(page)]) == 0
     assert list(csv.reader(table.open(newline=''))) == [
         ['student', MET, FAILED, OPEN, 'failed', 'open', 'date', 'f', 'b', 'a'],
-        ['ann', '1', '2', '2', 'b', f'{report.INTERRUPTED}; c (judge again on a less busy '
+        ['ann', '1', '2', '2', 'b', f'{report.INCOMPLETE}; c (judge again on a less busy '
          'machine); e (no data)', '2026-11-23', '', FAILED, MET],
         ['bob', '1', '0', '0', '', '', '2026-11-23', '', '', MET],
         ['dora/late', '0', '0', '0', 'ö', '', '2026-11-23', '', '', '']]

@@ -14,7 +14,7 @@ from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 JUDGMENTS = [
     Judgment('b', 'ж', 'ö', FAILED, '-' * 300, Plot('Empty', '', '', ([], []), ([], []))),
     Judgment('d', '', '', FAILED, 'wrong', follows=['b']),
-    Judgment('c', '', '', OPEN, f'not judged: {LOADED} in 1 of 9 trials'),
+    Judgment('c', '', '', OPEN, f'not judged: {LOADED} in 1 of 9 trials', loaded=True),
     Judgment('e', '', '', OPEN, 'no data'),
     Judgment('a', 'words <b> & "more"', 'x [red]', MET, '1 < 2 & [bold]3[/bold]', Plot(
         'Title <&>', 'x (m)', 'y & z', ([0.0, 1.0, nan], [1.0, inf, 2.0]),
@@ -42,7 +42,7 @@ def test_a_crashed_node_is_a_failure_even_if_all_requirements_are_met():
     met, failed = ([Judgment('a', '', '', mark, '')] for mark in (MET, FAILED))
     for judgments, crashes, notes, status in (
             (met, [], [], 0), (met, ['viewer crashed: E'], [], 1), (failed, [], [], 1),
-            (met, [], [report.INTERRUPTED], 2)):
+            (met, [], [report.INCOMPLETE], 2)):
         record = Record(Profile())
         record.crashes, record.notes = crashes, notes
         assert referee.exit_status(judgments, record) == status

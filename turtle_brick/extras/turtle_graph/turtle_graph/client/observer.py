@@ -29,7 +29,7 @@ DISCOVERY_PERIOD = 0.5
 """Period (s) for discovering new topics."""
 MAX_READING, FEW, PAUSE = 0.2, 100, 5.0
 """Processor time (s) that fewer than FEW messages may take, and the pause (s) after more time."""
-MARKER_TYPES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
+MARKER_MESSAGES = {'visualization_msgs/msg/Marker', 'visualization_msgs/msg/MarkerArray'}
 UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
 """Node name that ROS reports for a publisher until the publisher's node is discovered."""
 
@@ -224,7 +224,7 @@ class Observer(Node):
                 continue
             if topic in names:
                 callback = partial(self._on_message, names[topic])
-            elif MARKER_TYPES.intersection(types) and topic.startswith(inside):
+            elif MARKER_MESSAGES.intersection(types) and topic.startswith(inside):
                 callback = partial(self._on_markers, topic)
             else:
                 continue

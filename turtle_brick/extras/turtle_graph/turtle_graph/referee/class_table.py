@@ -14,8 +14,7 @@ from typing import Any
 from urllib.parse import quote
 
 from turtle_graph.client.processes import printable
-from turtle_graph.client.record import LOADED
-from turtle_graph.referee.report import (COLORS, fold, Html, html_page, html_table, INTERRUPTED,
+from turtle_graph.referee.report import (COLORS, fold, Html, html_page, html_table, INCOMPLETE,
                                          UNJUDGED, write)
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN
 
@@ -51,9 +50,9 @@ def make_row(student: str, judgments: Sequence[Judgment], crashes: Sequence[str]
               if judgment.mark == FAILED and not judgment.follows]
     faults = [*crashes, *([] if is_judged or count[OPEN] else notes)]
     still_open = [judgment._replace(measured='judge again on a less busy machine')
-                  if LOADED in judgment.measured else judgment
+                  if judgment.loaded else judgment
                   for judgment in judgments if judgment.mark == OPEN]
-    reasons = [INTERRUPTED] if INTERRUPTED in notes else []
+    reasons = [INCOMPLETE] if INCOMPLETE in notes else []
     reasons += [f'{judgment.name} ({judgment.measured})' for judgment in fold(still_open)]
     return {
         'student': student, **{mark: count[mark] for mark in COLORS}, 'date': date,

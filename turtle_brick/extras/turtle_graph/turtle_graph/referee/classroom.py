@@ -186,7 +186,7 @@ def judge_workspace(workspace: Path, json: Path, shared: Sequence[str],
         faults = '; '.join(fault for fault in row['faults'] if fault not in reasons)
         reasons.append(f'{name}: {faults}')
     reason = '; '.join(reasons)
-    is_ours = LACKS.search(reason) or report.INTERRUPTED in reason
+    is_ours = LACKS.search(reason) or report.INCOMPLETE in reason
     raise Unjudged('start', OPEN if is_ours else FAILED, reason)
 
 

@@ -31,7 +31,7 @@ from turtle_graph.referee.trial import DISCOVERY_TIME, Program, PROGRAMS, STRUCT
 
 RULES = Rules((*robot_rules.RULES, *arena_rules.RULES, *catcher_rules.RULES))
 
-SOURCE = ('bash', '-c', 'IFS= source "$1" >&2 && exec "${@:2}"', 'bash')
+SOURCE_SETUP = ('bash', '-c', 'IFS= source "$1" >&2 && exec "${@:2}"', 'bash')
 """Beginning of a command that sources a setup file first. IFS keeps spaces in its paths."""
 IN_NAMESPACE = Path(__file__).with_name('in_namespace.launch.xml')
 """Launch file that starts another launch file in a namespace."""
@@ -56,12 +56,12 @@ def observe(profile: Profile, options: argparse.Namespace, command: Sequence[str
             observer.find_duplicates()
         else:
             process = stack.enter_context(Process(
-                [*SOURCE, str(options.setup), *command] if options.setup else command,
+                [*SOURCE_SETUP, str(options.setup), *command] if options.setup else command,
                 listener=sys.stderr.write if options.verbose else None))
             observer = run_trial(stack, process, profile, log, program, namespace)
             namespaces = observer.other_namespaces()
             if (not observer.record.idle and len(namespaces) == 1
-                    and report.INTERRUPTED not in observer.record.notes):
+                    and report.INCOMPLETE not in observer.record.notes):
                 # The command started a graph in a different namespace.
                 observer = run_trial(stack, process, profile, log, program, namespaces.pop())
             add_faults(observer.record, process)
@@ -83,7 +83,7 @@ def run_trial(stack: ExitStack, process: Process | None, profile: Profile,
         Trial(spinner, observer, log, START_TIME if process else DISCOVERY_TIME,
               is_alive=lambda: process is None or process.running, program=program).run()
     except KeyboardInterrupt:
-        observer.record.note(report.INTERRUPTED)
+        observer.record.note(report.INCOMPLETE)
     for topic, count in observer.poller.skipped.items():
         observer.record.note(f'skipped {count} messages on {topic} because reading them takes '
                              'more time than there is')
@@ -130,7 +130,7 @@ def judge(rules: Rules, profile: Profile, options: argparse.Namespace, command: 
 
     record = observe(profile, options, command, log, PROGRAMS[options.hour], options.namespace)
     domain = os.environ.get('ROS_DOMAIN_ID') or '0'
-    if record.idle and options.in_namespace and report.INTERRUPTED not in record.notes:
+    if record.idle and options.in_namespace and report.INCOMPLETE not in record.notes:
         observe_names(record, options, log)
     record.notes = [*options.note, *record.notes]
     record.about = {
@@ -164,7 +164,7 @@ def exit_status(judgments: Sequence[Judgment], record: Record) -> int:
     """Return 1 if a requirement failed or a node crashed, 2 for an incomplete judgment, or 0."""
     failed = bool(record.crashes) or FAILED in {judgment.mark for judgment in judgments}
     incomplete = not failed and report.left_open(judgments) > MAX_OPEN
-    return 2 if incomplete or report.INTERRUPTED in record.notes else int(failed)
+    return 2 if incomplete or report.INCOMPLETE in record.notes else int(failed)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -14,7 +14,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 from turtle_graph.client.processes import printable
-from turtle_graph.client.record import LOADED
 from turtle_graph.referee.rules.rule import FAILED, Judgment, MET, OPEN, Plot
 
 UNJUDGED = {
@@ -22,7 +21,7 @@ UNJUDGED = {
     'start': ('all the nodes necessary for the turtle to catch a brick',
               'a launch file starts a graph')}
 """The requirements that a workspace without a judged graph does not meet, with their texts."""
-INTERRUPTED = 'interrupted, so some requirements were not tested'
+INCOMPLETE = 'interrupted, so some requirements were not tested'
 """Note of an incomplete judgment."""
 DATE = '%Y-%m-%d %H:%M %z'
 COLORS = {MET: 'green', FAILED: 'red', OPEN: 'yellow'}
@@ -58,7 +57,7 @@ def tally(marks: Iterable[str]) -> str:
 
 def left_open(judgments: Iterable[Judgment]) -> int:
     """Return the number of requirements that are open because of the load of the machine."""
-    return sum(judgment.mark == OPEN and LOADED in judgment.measured for judgment in judgments)
+    return sum(judgment.loaded for judgment in judgments)
 
 
 def result(judgment: Judgment) -> str:

@@ -34,7 +34,7 @@ DISCOVERY_TIME = 10.0
 """Timeout (s) for discovering a running graph."""
 COMPLETION_TIME = 20.0
 """Maximum time (s) between the discovery of one topic and of the next one."""
-TIME_LIMIT = 50.0
+LAST_DROP_TIME = 50.0
 """Time limit (s) from the discovery of the graph to the start of the last drop."""
 REPETITIONS, REPETITION_TIME = 3, 20.0
 """Maximum number of repetitions on a busy machine, and the time limit (s) for each of them."""
@@ -101,7 +101,7 @@ class Trial(GraphClient):
         """Discover the graph and send all planned requests."""
         if not self.discover():
             return
-        self.end = monotonic() + TIME_LIMIT
+        self.end = monotonic() + LAST_DROP_TIME
         now = time_ns()
         if self.program.drops and not self.record.pose('brick', now - 2 * EXTRAPOLATION_NS):
             self.place(self.start_of(FAR_OUT))  # Some arenas have no brick until one is placed.
@@ -216,7 +216,7 @@ class Trial(GraphClient):
             self.log(f'driving {360.0 * direction:.0f} degrees')
             drive = self.drive_to(offset_by(self.robot_position() or CENTER, direction, leg))
             if (drive is None or self.distance_to(drive.start) < 0.01 or not self.is_at_rest()
-                    or monotonic() > self.end - TIME_LIMIT / 2.0):
+                    or monotonic() > self.end - LAST_DROP_TIME / 2.0):
                 break
         self.return_to_center()
 

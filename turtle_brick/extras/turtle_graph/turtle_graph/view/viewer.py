@@ -53,7 +53,7 @@ from tf2_msgs.msg import TFMessage
 from tf2_ros import Buffer
 from turtle_graph.client.geometry import Vector
 from turtle_graph.client.observer import (angle_in, fill_angle, fill_position, load_type,
-                                          MARKER_TYPES, matching_qos, PollingNode,
+                                          MARKER_MESSAGES, matching_qos, PollingNode,
                                           subscription_qos)
 from turtle_graph.client.spinning import run_node
 from turtle_graph.view.page import Page, TEXT_TOPICS, WORLD
@@ -149,7 +149,7 @@ class Viewer(Node):
         for topic, types in self.get_topic_names_and_types():
             if topic == self.resolve_topic_name('tilt') and topic not in known:
                 self._connect_tilt(topic, types[0])
-            if types[0] in MARKER_TYPES and topic.startswith(inside) and topic not in known:
+            if types[0] in MARKER_MESSAGES and topic.startswith(inside) and topic not in known:
                 self._connect_markers(topic, types[0], topic.removeprefix(inside))
         services = dict(self.get_service_names_and_types())
         for name in {'place', 'drop'} - self._clients_by_name.keys():

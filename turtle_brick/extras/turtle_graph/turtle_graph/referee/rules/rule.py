@@ -48,6 +48,10 @@ class Open(Exception):
     """Exception that states why a requirement cannot be judged."""
 
 
+class Loaded(Open):
+    """Exception that states why a requirement cannot be judged because of the machine's load."""
+
+
 class Plot(NamedTuple):
     """A plot of measured points and of the curve on which the points should lie."""
 
@@ -78,6 +82,7 @@ class Judgment(NamedTuple):
     follows: Sequence[str] = ()  # Crashes and other failures that may have caused this failure.
     fault: bool = False  # Whether the requirement failed whatever the load of the machine.
     absent: bool = False  # Whether the requirement failed because a part of the graph is absent.
+    loaded: bool = False  # Whether the requirement is open because of the load of the machine.
     traceback: str = ''  # The traceback of an error in the rule itself.
 
 
@@ -105,7 +110,7 @@ class Rule(NamedTuple):
             return calm
         if whole.mark == OPEN:
             return whole
-        return calm._replace(measured=f'not judged: {load}')
+        return calm._replace(measured=f'not judged: {load}', loaded=True)
 
     def apply(self, record: Record) -> Judgment:
         """Judge all trials of a record."""
@@ -118,7 +123,7 @@ class Rule(NamedTuple):
             return judgment._replace(mark=FAILED, measured=str(fault), fault=True,
                                      absent=isinstance(fault, Absent))
         except Open as reason:
-            return judgment._replace(measured=str(reason))
+            return judgment._replace(measured=str(reason), loaded=isinstance(reason, Loaded))
         except Exception as error:  # It is a mistake in the rule, whatever the graph has sent.
             return judgment._replace(
                 measured=f'referee error: {type(error).__name__}: {error}', traceback=format_exc())
@@ -231,7 +236,7 @@ def require_accepted(record: Record, request: Request | None) -> Request:
     if request is None or not request.answered:
         reason = request and request.message or 'there was no response'
         if request is not None and not record.is_calm(request.begin, request.end):
-            raise Open(f'{reason}; {LOADED}')
+            raise Loaded(f'{reason}; {LOADED}')
         raise Absent(reason)
     if not request.accepted:
         raise Failed(request.message or 'the request was refused')
