@@ -12,6 +12,7 @@ import pytest
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
 from turtle_brick.core.parameters import default_path
 from turtle_brick_tools.graph import Graph
 from turtle_graph.client.client import GraphClient
@@ -50,7 +51,8 @@ class Unusual(Node):
     def __init__(self, **options):
         super().__init__('unusual', **options)
         self.received = []
-        for name, kind in (('arena/place_brick', GetPlan), ('arena/drop', TeleportRelative)):
+        for name, kind in (('arena/place_brick', GetPlan), ('arena/drop', TeleportRelative),
+                           ('let_go', Trigger)):
             self.create_service(kind, name, self.on_request)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         for name, kind in (('goal', Point), ('tilt_it', Empty)):
@@ -73,19 +75,24 @@ def test_unusual_names_and_types_are_recognized(domain_id):
                                      for name in ('drop', 'place_brick')), TIMEOUT, 'both nodes')
         observer.recognize_names()
         requests = [client.place((1.0, 2.0, 3.0), hovering=0.2), client.call('drop')]
+        observer.record.profile.services['drop'] = 'let_go'
+        requests.append(client.call('drop'))  # The response contains False, but no message.
         graph.spin_until(lambda: observer.send_goal(4.0, 5.0) and all(
             any(isinstance(one, Point) for one in node.received) for node in nodes),
             TIMEOUT, 'goals')
         publishers = observer.record.publishers
         graph.spin_until(lambda: len(publishers.get('/rosout', ())) > 1, TIMEOUT, 'publishers')
         assert not observer.send_tilt(0.5)
-    place, drop, goal = nodes[0].received[:3]
+        observer.record_users()
+    place, drop, _, goal = nodes[0].received[:4]
     position = place.start.pose.position
     assert (position.x, position.y, position.z) == (1.0, 2.0, 3.0)
     assert (drop.linear, goal.x, goal.y) == (pytest.approx(NUMBERS['gravity_accel']), 4.0, 5.0)
     assert all(request.accepted for request in requests)
     assert 'assumed: goal_pose is /goal (geometry_msgs/msg/Point)' in observer.record.notes
     assert publishers['/rosout'] == {'/unusual', '/second'}
+    for name in ('/goal', '/arena/drop'):
+        assert observer.record.users[name] == {'/unusual', '/second'}
     assert observer.record.unclear == {'tilt': 'the type of /tilt_it has no suitable field'}
 
 

@@ -4,7 +4,7 @@
 from copy import deepcopy
 from functools import cache, partial
 from itertools import pairwise
-from math import atan2, inf, nan, pi, radians, remainder, sin, sqrt
+from math import atan2, cos, inf, nan, pi, radians, remainder, sin, sqrt
 from pathlib import Path
 import pickle
 from types import SimpleNamespace
@@ -196,6 +196,9 @@ def tip(record, off):
             way = OFFSET + acceleration * max(min(behind, gone) - TILT, 0.0) ** 2 / 2.0
             hinge = Pose((*CENTER, HINGE), leaning if behind >= gone else rotation)
             there = hinge.transform((way, 0.0, REST + off.above - HINGE))
+            if off.kept and rotation == leaning:
+                there = numpy.array((CENTER[0] + OFFSET, CENTER[1], REST)) + (
+                    way - OFFSET) * numpy.array((cos(ANGLE), 0.0, -sin(ANGLE)))
             there[0] += off.drift * max(behind - gone, 0.0)
         track.append((now, Pose(tuple(there), multiply(rotation, turn(Y, off.lean)))))
     record.tilts = [Request(at(TILT), at(TILT + 0.3), ANGLE),
@@ -215,6 +218,7 @@ CORRECT = {
     'lean': 0.0,  # Inclination (rad) of the brick.
     'late': 0.0,  # Delay (s) between the motions of the platform and of the brick on it.
     'pull': 1.0,  # Factor applied to the acceleration of the sliding brick.
+    'kept': 0.0,  # Whether (1) the brick keeps its place in the world when the platform tilts.
     'stop': NUMBERS['platform_radius'] + LENGTH / 2.0,  # End position (m) of the sliding brick.
     'drift': 0.0}  # Speed (m/s) of the brick after it slides off the platform.
 """Values for a correct record."""
@@ -368,9 +372,24 @@ def change_verdict(record, refused, number, should_be_caught):
     watch.refusals = [watch.goal] if refused else []
 
 
+def replace_text(record, seconds):
+    """Replace the text marker after a given time (s) by one without text."""
+    change_text(record, 0.0)
+    text = next(received for received in record.markers if received.topic == '/text')
+    empty = deepcopy(text.marker)
+    empty.text = ''
+    record.markers.append(text._replace(
+        published=text.published + round(seconds * NS_PER_SECOND), marker=empty))
+
+
 def remove_verdict(record, _):
     record.drops[0].refusals.clear()
     record.markers = [received for received in record.markers if received.topic != '/text']
+
+
+def stop_commands(record, end):
+    """Publish no commands after a time (s)."""
+    record.topics['cmd_vel'] = record.messages('cmd_vel', 0, at(end))
 
 
 def delay_odometry(record, seconds):
@@ -519,8 +538,9 @@ FAULTS = (
         at(0.5), 'world', Pose((CENTER[0] + dx, CENTER[1], 0.0)))), (0.0,), (0.02,)),
     ('frames: odom', lambda record, dx: shift(record, 'odom', -0.5, dx),
      (0.005,), (0.02, -2.0 * CENTER[0])),
-    ('frames: base_link', lambda record, dy: shift(record, 'base_link', LEG - 0.05, dy, 1),
-     (0.005,), (0.02,)),
+    ('frames: base_link', lambda record, dy: move(
+        record.frames['base_link'], lambda sample: shifted(sample.pose, (0.0, dy, 0.0))),
+     (0.005,), (0.3,)),
     ('frames: robot', lambda record, name: record.frames.pop(name), (), ('eyes',)),
     ('frames: robot', lambda record, dz: shift(record, 'odom', -0.5, dz, 2),
      (0.005,), (-1.0, 0.2)),
@@ -531,7 +551,9 @@ FAULTS = (
     ('frames: broadcasters', lambda record, numbers: setattr(
         record.frames['base_link'], 'sequence_numbers', numbers), ([0, 1, 2, 3],), ([7, 0] * 4,)),
     ('names: relative', lambda record, node: record.publishers.update({'/walls': {node}}),
-     ('/elsewhere/arena',), ('/judged/arena',)),
+     ('/elsewhere/arena', '/judged/rviz2'), ('/judged/arena',)),
+    ('names: relative', lambda record, name: record.users.update({name: {'/judged/arena'}}),
+     ('/judged/place', '/tf'), ('/place', '/turtle1/pose')),
     ('cmd_vel: at rest', lambda record, speed: change(
         record, 'cmd_vel', -0.3, 'angular.z', speed), (1e-9,), (5e-7, -5e-7)),
     ('odom: twist', lambda record, speed: [change(
@@ -600,15 +622,16 @@ FAULTS = (
     ('brick: angle', 'lean', (0.018, -0.018), (0.022,)),
     ('slide: law', 'pull', (0.92, 1.08), (0.88, 1.12, 1e-6)),
     ('slide: law', 'late', (0.02, 0.04), ()),
+    ('slide: law', 'kept', (1.0,), ()),
+    ('slide: end', 'kept', (1.0,), ()),
     ('brick: angle', 'late', (0.02, 0.04), ()),
     ('slide: end', 'late', (0.02, 0.04), ()),
     ('slide: end', 'stop', (), (NUMBERS['platform_radius'], NUMBERS['platform_radius'] + LENGTH)),
     ('slide: end', lambda record, dz: shift(record, 'brick', (
         record.drops[1].floated - BEGIN) * SECONDS_PER_NS, dz, 2), (0.02,), (-0.06,)),
     ('brick: floats', 'drift', (0.002,), (0.006,)),
-    ('again', lambda record, never: setattr(record.drops[1], 'leveled', never), (), (None,)),
     ('carry', lambda record, dx: setattr(
-        record.drops[1], 'carried_to', (CENTER[0] + dx, CENTER[1])), (0.08,), (0.12,)),
+        record.drops[1], 'carried_to', (CENTER[0] + dx, CENTER[1])), (0.08,), (0.22,)),
     ('walls: size', lambda record, z: setattr(
         record.markers[0].marker.pose.position, 'z', z), (0.25,), (-0.25,)),
     ('walls: size', lambda record, x: setattr(
@@ -631,6 +654,7 @@ FAULTS = (
     ('text: time', change_text, (2.71, 3.29), (2.69, 3.31)),
     ('text: time', partial(remove_text, action=Marker.DELETE), (2.71,), (3.31,)),
     ('text: time', partial(remove_text, action=Marker.DELETEALL), (3.29,), (2.69,)),
+    ('text: time', replace_text, (2.71, 3.29), (2.69, 3.31)),
     # Repeated text is visible from the first message until the last one expires.
     ('text: time', partial(change_text, again=(1.0, 2.0)), (1.0,), (3.0,)),
     ('text: kind', lambda record, text: change_text(record, 3.0, text), (),
@@ -660,7 +684,8 @@ FAULTS = (
     ('slide: law', delay_tilting_brick, (1,), ()),
     ('slide: law', land_late, (0.1,), ()),
     ('slide: end', land_late, (0.1,), ()),
-    ('verdict: in time', judge_early, (), (2.4,)))
+    ('cmd_vel: at rest', stop_commands, (2.0 * LEG,), (LEG + 0.55,)),
+    ('verdict: in time', judge_early, (), (2.2, 2.4)))
 """Each row contains a rule, a change to a correct record, and accepted and rejected values."""
 
 
@@ -1007,6 +1032,18 @@ def test_the_platform_may_be_leveled_when_the_next_brick_is_dropped(begin, mark)
     assert judge(record, 'again')[0].mark == mark
 
 
+@pytest.mark.parametrize('rule, change_record', (
+    ('frames: base_link', lambda record: shift(record, 'base_link', LEG - 0.05, 0.1, 1)),
+    ('carry', lambda record: setattr(
+        record.drops[1], 'carried_to', (CENTER[0] + 0.13, CENTER[1]))),
+    ('again', lambda record: setattr(record.drops[1], 'leveled', None)),
+    ('text: time', lambda record: change_text(record, 3.0, again=(0.1, 0.2, 0.3, 0.4)))))
+def test_what_the_assignment_does_not_forbid_is_open(rule, change_record):
+    record = make_record()
+    change_record(record)
+    assert judge(record, rule)[0].mark == OPEN
+
+
 def test_where_a_brick_that_was_not_dropped_ends_may_follow_from_that():
     record = make_record(rate=10.0, below=-0.5)
     record.drops[1].released = None
@@ -1030,7 +1067,7 @@ def test_the_stem_is_not_judged_where_the_robot_turns():
 
 @pytest.mark.parametrize('lag, mark', ((0.03, MET), (0.2, FAILED)))
 def test_a_brick_may_lag_when_it_lands_on_a_moving_platform(lag, mark):
-    record, stop = make_record(), 6.6
+    record, stop = make_record(), 6.3
     watch, down = record.drops[1], (record.drops[1].down - BEGIN) * SECONDS_PER_NS
 
     def driving(sample, late, begin):

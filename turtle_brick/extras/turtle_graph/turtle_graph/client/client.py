@@ -126,8 +126,10 @@ class GraphClient:
         except LookupError as error:
             return Request(begin, time_ns(), position, False, str(error), False)
         end, response = responses[0]
-        return Request(begin, end, position, bool(getattr(response, 'success', True)),
-                       str(getattr(response, 'message', '')))
+        message = str(getattr(response, 'message', ''))
+        # A response to which a node assigns nothing contains False and no message.
+        accepted = bool(getattr(response, 'success', True) or not message)
+        return Request(begin, end, position, accepted, message)
 
     def _fill_release(self, request: Any) -> None:
         for owner, name in number_fields(request):

@@ -2,6 +2,7 @@
 """Nodes that receive messages from selected topics or record a whole graph."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from math import nan
@@ -11,7 +12,7 @@ from typing import Any
 
 from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
-from rclpy.node import Node
+from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
@@ -345,6 +346,17 @@ class Observer(Node):
         for name, frame in record.frames.items():
             if frame.broadcasters > 1:
                 record.unclear[f'frame {name}'] = f'several nodes broadcast {name}'
+
+    def record_users(self) -> None:
+        """Record which nodes subscribe to the topics and provide the services."""
+        users = self.record.users
+        for topic, _ in self.get_topic_names_and_types():
+            infos = self._others(self.get_subscriptions_info_by_topic(topic))
+            users.setdefault(topic, set()).update(known_nodes(infos))
+        for name, namespace in self.get_node_names_and_namespaces():
+            with suppress(NodeNameNonExistentError):  # The node may have ended.
+                for service, _ in self.get_service_names_and_types_by_node(name, namespace):
+                    users.setdefault(service, set()).add(f'{namespace.rstrip("/")}/{name}')
 
     def other_namespaces(self) -> set[str]:
         """Return all namespaces that contain nodes, except '/' and the namespace of this node."""

@@ -156,6 +156,7 @@ class Record:
         self.markers: list[ReceivedMarker] = []
         self.namespace = '/'
         self.publishers: dict[str, set[str]] = {}  # Full names of the publishing nodes, by topic.
+        self.users: dict[str, set[str]] = {}  # The same for subscribed topics and for services.
         self.latched: dict[str, bool] = {}  # Whether the messages on each topic are latched.
         self.idle: list[tuple[int, int]] = []
         self.drives: list[Drive] = []

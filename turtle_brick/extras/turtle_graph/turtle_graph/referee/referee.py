@@ -84,6 +84,7 @@ def run_trial(stack: ExitStack, process: Process | None, profile: Profile,
               is_alive=lambda: process is None or process.running, program=program).run()
     except KeyboardInterrupt:
         observer.record.note(report.INCOMPLETE)
+    observer.record_users()
     for topic, count in observer.poller.skipped.items():
         observer.record.note(f'skipped {count} messages on {topic} because reading them takes '
                              'more time than there is')
@@ -105,7 +106,8 @@ def observe_names(record: Record, options: argparse.Namespace, log: Callable[[st
     command = ['ros2', 'launch', str(IN_NAMESPACE), f'judged_file:={options.in_namespace}']
     renamed = observe(Profile(), options, command, log, STRUCTURE, NAMESPACE)
     if renamed.idle:
-        record.namespace, record.publishers = renamed.namespace, renamed.publishers
+        record.namespace = renamed.namespace
+        record.publishers, record.users = renamed.publishers, renamed.users
 
 
 def add_faults(record: Record, process: Process) -> None:

@@ -12,6 +12,7 @@ from turtle_graph.client.geometry import CENTER, inclination
 from turtle_graph.client.messages import nanoseconds_of, SECONDS_PER_NS
 from turtle_graph.client.record import ReceivedMarker, Record
 from turtle_graph.referee.rules.arena_rules import ADD, catches, dropped, TEXT
+from turtle_graph.referee.rules.robot_rules import IMPRECISION
 from turtle_graph.referee.rules.rule import (Failed, Finding, from_faults, Open, require_data,
                                              Rules, within)
 
@@ -69,7 +70,10 @@ def verdicts_come_in_time(record: Record) -> Finding:
 def verdict_fault(record: Record, drop: DropWatch) -> str:
     """Return what is wrong with the time of the verdict on a brick, or ''."""
     begin, requested = drop.begin, drop.requested or 0
-    early = [received for received in record.markers if begin <= received.published < requested
+    before = [*(request.begin for request in record.whole.places),
+              *(earlier.end for earlier in record.whole.drops)]
+    placed = max((time for time in before if time < begin), default=begin)
+    early = [received for received in record.markers if placed <= received.published < requested
              and says_unreachable(received.marker) and received.marker.action == ADD]
     if early or record.messages('goal_pose', begin, drop.requested):
         return f'{name_of(drop)} was judged before it fell'
@@ -115,10 +119,16 @@ def text_is_a_text(record: Record) -> Finding:
 def visible_until(record: Record, text: ReceivedMarker) -> float:
     """Return the time (ns) of a text marker's expiration or deletion, or infinity."""
     expired = text.published + (nanoseconds_of(text.marker.lifetime) or inf)
-    deleted = [received.published for received in record.markers if received.topic == text.topic
-               and received.marker.action in DELETE_ACTIONS
-               and received.published > text.published]
-    return min([expired, *deleted])
+    ends = [received.published for received in record.markers
+            if received.topic == text.topic and received.published > text.published
+            and removes(received.marker, text.marker)]
+    return min([expired, *ends])
+
+
+def removes(marker: Any, text: Any) -> bool:
+    """Return whether a marker on the same topic deletes a text marker or replaces the text."""
+    return marker.action in DELETE_ACTIONS or (
+        (marker.ns, marker.id) == (text.ns, text.id) and not says_unreachable(marker))
 
 
 def is_text_visible(record: Record, time: int) -> bool:
@@ -137,26 +147,40 @@ def visible_time(record: Record, group: list[ReceivedMarker]) -> float:
 @rule('text: time', 'a Text marker that lasts for 3 seconds',
       f'{LIFETIME:g} s ± {LIFETIME_TOLERANCE} s, once per fall', ['text: kind'], needs_calm=True)
 def text_lasts(record: Record) -> Finding:
-    judged = {drop.begin for drop in require_data(record.drops, 'nothing was dropped')}
-    begins = [*(drop.begin for drop in record.whole.drops), inf]
-    added = [text for text in texts(record) if text.marker.action == ADD]
-    groups = [[text for text in added if begin <= text.published < end]
-              for begin, end in pairwise(begins) if begin in judged]
+    require_data(record.drops, 'nothing was dropped')
     end = max(end for _, end in record.whole.trial_spans())
+    groups = [(drop, texts_about(record, drop)) for drop in record.drops]
     # At the end of an interrupted record, a short text may still be repeated.
     groups = require_data(
-        [group for group in groups if group and (visible_until(record, group[-1]) < end
-                                                 or visible_time(record, group) >= LIFETIME)],
+        [(drop, group) for drop, group in groups if group and (
+            visible_until(record, group[-1]) < end or visible_time(record, group) >= LIFETIME)],
         'no text was observed until its end')
 
-    times = [visible_time(record, group) for group in groups]
-    lifetimes = [nanoseconds_of(group[-1].marker.lifetime) * SECONDS_PER_NS
-                 for group in groups if len(group) == 1]
+    times = [visible_time(record, group) for _, group in groups]
+    lifetimes = [lifetime_of(group[-1]) for _, group in groups if len(group) == 1]
     off = [abs(time - LIFETIME) for time in times]
     measured = ', '.join(f'{time:.2f} s' if time < inf else 'without end' for time in times)
+    if max(off) > LIFETIME_TOLERANCE and all(
+            abs(lifetime_of(text) - LIFETIME) <= LIFETIME_TOLERANCE
+            and text.published <= (drop.down or 0) for drop, group in groups for text in group):
+        raise Open(f'{measured}: each marker lasts for {LIFETIME:g} s, but it is published again '
+                   'during the fall')
     if min(off) > LIFETIME_TOLERANCE and (lifetimes == times or min(times) == inf):
         raise Failed(measured)
     return Finding(max(off) <= LIFETIME_TOLERANCE, measured)
+
+
+def lifetime_of(text: ReceivedMarker) -> float:
+    """Return the lifetime (s) of a marker, or 0 if it is visible until it is deleted."""
+    return nanoseconds_of(text.marker.lifetime) * SECONDS_PER_NS
+
+
+def texts_about(record: Record, drop: DropWatch) -> list[ReceivedMarker]:
+    """Return the "Unreachable" markers added between the start of a drop and the next one."""
+    end = min((later.begin for later in record.whole.drops if later.begin > drop.begin),
+              default=inf)
+    return [text for text in texts(record)
+            if text.marker.action == ADD and drop.begin <= text.published < end]
 
 
 @rule('carry', 'the robot drives back to the arena center and tilts the brick off',
@@ -167,7 +191,8 @@ def bricks_are_carried_to_the_center(record: Record) -> Finding:
         if drop.carried_to is None:
             return Finding(False, f'{name_of(drop)} was never tilted')
         off.append(dist(drop.carried_to, CENTER))
-    return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center with {} bricks')
+    return within(CENTER_DISTANCE, off, '', 'at most {:.3f} m from the center with {} bricks',
+                  IMPRECISION)
 
 
 @rule('verdict: out of reach', 'cannot be caught on time, the node publishes a Text marker',
@@ -202,7 +227,9 @@ def caught_bricks_are_tipped_off(record: Record) -> Finding:
 @rule('again', 'the turtle to catch a falling brick',
       'the platform is level again, at the latest when the next brick is dropped', needs_calm=True)
 def platform_is_leveled(record: Record) -> Finding:
-    drops = completed(record, lambda drop: drop.floated)
+    # After the last drop, the referee does not wait until a slow catcher levels the platform.
+    last = record.whole.drops[-1:]
+    drops = completed(record, lambda drop: drop.floated and (drop.leveled or drop not in last))
     faults = [f'still tilted after {name_of(drop)}' for drop in drops
               if not drop.leveled and not is_level_at_next_drop(record, drop)]
     return from_faults(faults, len(drops), 'leveled')

@@ -2,7 +2,7 @@
 """Rules for frames, names, rates, the robot_description and the robot node."""
 
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from itertools import pairwise
 from math import asin, atan2, copysign, degrees, dist, hypot, isfinite, pi, remainder
@@ -33,7 +33,7 @@ EXACT = 1e-3
 """Tolerance for equal numbers."""
 PRECISION, IMPRECISION = 0.05, 0.2
 """Tolerance (m) for the final distance to a goal, the lateral deviation and the overshoot, and
-the distance (m) up to which the assignment does not forbid larger values."""
+the distance (m) up to which the assignment does not forbid larger values of these and others."""
 MAX_SLIP = 0.02
 """Maximum slip of the wheel, as a fraction of the driven distance."""
 MAX_MISALIGNMENT = 5.0
@@ -124,7 +124,7 @@ def base_link_is_the_turtle(record: Record) -> Finding:
         base = record.pose('base_link', end - 20_000_000)
         if turtle and base and dist(turtle[0], turtle[-1]) <= EXACT:
             off.append(dist(base.position[:2], turtle[-1]))
-    return within(NEAR, off, 'the turtle was not observed at rest')
+    return within(NEAR, off, 'the turtle was not observed at rest', wrong=IMPRECISION)
 
 
 @rule('frames: robot', "base_link has other child frames, as defined by the robot's urdf file",
@@ -168,16 +168,21 @@ def timestamps_are_current(record: Record) -> Finding:
 
 
 @rule('names: relative', 'refer to ROS entities using relative names from within your nodes',
-      'every topic except those of ROS itself is inside the namespace')
+      'every topic and service except those of ROS itself is inside the namespace')
 def names_are_relative(record: Record) -> Finding:
     if record.namespace == '/':
         raise Open('start the graph in a namespace, and pass the namespace with --namespace')
     own = f'{record.namespace}/'
-    topics = [topic for topic, nodes in record.publishers.items() if topic not in GLOBAL_TOPICS
-              and any(node.startswith(own) for node in nodes)]
-    require(topics, f'no node in {record.namespace} publishes anything')
-    return from_faults([f'{topic} is outside the namespace' for topic in topics
-                        if not topic.startswith(own)], len(topics), 'topics')
+
+    def inside(users: Mapping[str, set[str]]) -> list[str]:
+        # The tools in a configuration file for rviz2 may publish absolute names.
+        return [name for name, nodes in users.items() if name not in GLOBAL_TOPICS
+                and any(node.startswith(own) and 'rviz' not in node for node in nodes)]
+
+    require(inside(record.publishers), f'no node in {record.namespace} publishes anything')
+    names = sorted({*inside(record.publishers), *inside(record.users)})
+    return from_faults([f'{name} is outside the namespace' for name in names
+                        if not name.startswith(own)], len(names), 'topics and services')
 
 
 def pooled_rate(spans: list[list[float]]) -> float:
@@ -255,6 +260,10 @@ def commands_at_rest(record: Record) -> Finding:
         commands = record.messages('cmd_vel', begin, end)
         require(commands, 'no commands while the robot was at rest')
         speeds += [hypot(*velocity(command.message)) for command in commands]
+    for drive in record.drives:
+        if record.is_calm(drive.begin, drive.end):
+            require(record.messages('cmd_vel', drive.end - BEFORE_NS, drive.end),
+                    'no commands after a drive')
     return Finding(largest(speeds) <= 1e-9,
                    f'{len(speeds)} commands, at most {largest(speeds):.3f}')
 
@@ -580,15 +589,14 @@ def stem_lead_time(record: Record, drive: Drive, stem: str) -> float | None:
     far = [motion for motion in motions if hypot(*motion) > START_DISTANCE]
     if not far:
         return None
-    departure = next(sample.stamp for sample, motion in zip(samples, motions)
-                     if hypot(*motion) > EXACT)
-    turned = departure + PERIOD_NS
+    departure = next(sample for sample, motion in zip(samples, motions) if hypot(*motion) > EXACT)
+    turned = departure.stamp + PERIOD_NS
     for stamp, angle in reversed(angles_in(record, stem, drive)):
-        if stamp < departure + PERIOD_NS / 2:
-            if misalignment(record, samples[0], angle, far[0]) > MAX_MISALIGNMENT:
+        if stamp < departure.stamp + PERIOD_NS / 2:
+            if misalignment(record, departure, angle, far[0]) > MAX_MISALIGNMENT:
                 break
             turned = stamp
-    return (departure - turned) * SECONDS_PER_NS
+    return (departure.stamp - turned) * SECONDS_PER_NS
 
 
 @rule('drive: stem first', 'the stem points in that direction and then the robot translates',
@@ -641,11 +649,13 @@ def stem_points_along(record: Record) -> Finding:
       needs_calm=True)
 def platform_has_the_tilt(record: Record) -> Finding:
     require_clear(record, 'tilt', 'pose', 'joint_states', f'frame {record.actual("platform")}')
-    for request in require_data(record.tilts, 'the platform was not tilted'):
+    tilts = require_data(record.tilts, 'the platform was not tilted')
+    require(any(request.answered for request in tilts), tilts[0].message)
+    for request in tilts:
         require_accepted(record, request)
     robot, joint = model(record), model(record).joint('platform').name
     texts, met = [], True
-    for request in record.tilts:
+    for request in tilts:
         stamp = request.end - BEFORE_NS
         positions = record.joint(joint, request.begin, request.end)
         platform, base = record.pose('platform', stamp), record.pose('base_link', stamp)

@@ -239,7 +239,7 @@ def require_accepted(record: Record, request: Request | None) -> Request:
             raise Loaded(f'{reason}; {LOADED}')
         raise Absent(reason)
     if not request.accepted:
-        raise Failed(request.message or 'the request was refused')
+        raise Failed(request.message)
     return request
 
 
