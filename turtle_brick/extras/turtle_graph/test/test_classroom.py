@@ -13,6 +13,7 @@ from turtle_graph.client.processes import Process
 from turtle_graph.client.spinning import STOP_SIGNALS
 from turtle_graph.referee import classroom, referee
 from turtle_graph.referee.rules.rule import FAILED
+from turtle_graph.referee.trial import configured_numbers
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -81,6 +82,18 @@ def test_no_workspace_ends_the_judging_of_the_others(students):
         'ann', 'bob', 'carl', 'dora', 'eve'))
     assert 'SyntaxError: invalid syntax' in Path('judged/bob.html').read_text()
     assert Path('judged/.gitignore').read_text() == '*\n'
+
+
+def test_the_referee_reads_the_configuration_of_the_workspace(tmp_path, monkeypatch):
+    share = tmp_path / 'install/share/turtle_brick'
+    packages = share.parent / 'ament_index/resource_index/packages'
+    for directory in (share / 'config', packages):
+        directory.mkdir(parents=True)
+    (packages / 'turtle_brick').touch()
+    (share / 'config/turtle.yaml').write_text('robot: {ros__parameters: {wheel_radius: 0.3}}')
+    environment = classroom.judging_environment(tmp_path / 'install', share)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', environment['AMENT_PREFIX_PATH'])
+    assert configured_numbers() == {'wheel_radius': 0.3}
 
 
 HIDDEN = 'setsid env -i sleep 100'

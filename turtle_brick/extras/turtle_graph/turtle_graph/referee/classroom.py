@@ -122,9 +122,11 @@ def find_launch_files(share: Path) -> dict[str, Path]:
     return {path.name: path for path in paths}
 
 
-def judging_environment(install: Path) -> dict[str, str]:
-    """Return a clean environment that also contains the interfaces in an install directory."""
+def judging_environment(install: Path, share: Path) -> dict[str, str]:
+    """Return a clean environment with the interfaces and files in an install directory."""
     environment = clean_environment()
+    environment['AMENT_PREFIX_PATH'] = os.pathsep.join(filter(None, (
+        str(share.resolve().parents[1]), environment.get('AMENT_PREFIX_PATH', ''))))
     prefixes = {path.parents[4] for pattern in (INTERFACES, f'*/{INTERFACES}')
                 for path in install.resolve().glob(f'{pattern}/*')}
     python = [str(path) for prefix in sorted(prefixes) for pattern in PYTHON_DIRECTORIES
@@ -138,15 +140,14 @@ def judging_environment(install: Path) -> dict[str, str]:
     return environment
 
 
-def judge_graph(workspace: Path, install: Path, arguments: Sequence[str], json: Path,
-                command: Sequence[str], verbose: bool) -> int:
+def judge_graph(workspace: Path, environment: dict[str, str], arguments: Sequence[str],
+                json: Path, command: Sequence[str], verbose: bool) -> int:
     """Judge a graph and return the exit status, or raise Unjudged if there is no result."""
     json.unlink(missing_ok=True)
     print(f'  {printable(shlex.join(command))}', file=sys.stderr, flush=True)
     # With the option -E, Python executes no code from PYTHONPATH before the referee.
     with Process([sys.executable, '-E', str(REFEREE), *arguments, '--', *command],
-                 judging_environment(install), sys.stderr.write if verbose else None,
-                 workspace) as process:
+                 environment, sys.stderr.write if verbose else None, workspace) as process:
         try:
             status = process.wait(TIME_LIMIT)
         except TimeoutError:
@@ -172,13 +173,14 @@ def judge_workspace(workspace: Path, json: Path, shared: Sequence[str],
     arguments = [*shared, f'--student={workspace.name}', f'--json={json}',
                  f'--page={json.with_suffix(".html")}',
                  f'--setup={install.resolve() / "local_setup.bash"}']
+    environment = judging_environment(install, share)
     launch_files = {} if command else find_launch_files(share)
     reasons: list[str] = []
     for name in launch_files or ['the command']:
         own = [f'--note={reason}' for reason in reasons]
         if name in launch_files and options.hour in (None, HOUR_OF_NAMES):
             own.append(f'--in-namespace={launch_files[name].resolve()}')
-        status = judge_graph(workspace, install, [*arguments, *own], json, command or [
+        status = judge_graph(workspace, environment, [*arguments, *own], json, command or [
             'ros2', 'launch', 'turtle_brick', name, 'view:=none'], options.verbose)
         row = class_table.read(json, workspace.name)
         if any(row[mark] for mark in report.COLORS):
