@@ -1052,6 +1052,14 @@ def test_where_a_brick_that_was_not_dropped_ends_may_follow_from_that():
         'drop': [], 'fall: course': (), 'fall: ground': ['drop']}
 
 
+def test_what_an_unobserved_stem_does_first_is_open():
+    record = make_record((drive,))
+    for received in record.topics['joint_states']:
+        received.message.name[0] = 'other_joint'
+    found = judge(record, 'joint_states: names', 'drive: stem', 'drive: stem first')
+    assert [one.mark for one in found] == [FAILED, OPEN, OPEN]
+
+
 def test_the_stem_is_not_judged_where_the_robot_turns():
     for crooked, mark in ((0.0, MET), (radians(6.0), FAILED)):
         record = make_record((drive,), crooked=crooked)

@@ -587,11 +587,12 @@ def stem_lead_time(record: Record, drive: Drive, stem: str) -> float | None:
     samples = frame(record, 'base_link').between(drive.begin, drive.end)
     motions = [motion_between(samples[0].pose, sample.pose) for sample in samples]
     far = [motion for motion in motions if hypot(*motion) > START_DISTANCE]
-    if not far:
+    angles = angles_in(record, stem, drive)
+    if not far or not angles:
         return None
     departure = next(sample for sample, motion in zip(samples, motions) if hypot(*motion) > EXACT)
     turned = departure.stamp + PERIOD_NS
-    for stamp, angle in reversed(angles_in(record, stem, drive)):
+    for stamp, angle in reversed(angles):
         if stamp < departure.stamp + PERIOD_NS / 2:
             if misalignment(record, departure, angle, far[0]) > MAX_MISALIGNMENT:
                 break
