@@ -183,8 +183,12 @@ def build(base: str, folders: dict[str, Path], mark: str, ros_setup: Path | None
         run_colcon([*folders.values()], changed, install, setup_files)
     except SetupError:
         failed = [name for name in changed if not is_built(name)]
+        # A package that was not processed because another one failed has no log.
+        logs = [log for name in failed
+                if (log := ENVIRONMENT / f'log/latest_build/{name}/stdout_stderr.log').is_file()]
+        paths = [str(log.relative_to(TOP)) for log in logs] or ['.ros/log/latest_build']
         sentence = (f'colcon could not build {", ".join(failed)}. See its output above and in '
-                    '.ros/log/latest_build.')
+                    f'{", ".join(paths)}.')
         if not set(failed) <= set(own_packages()):
             raise SetupError(sentence) from None
         common.report(f'turtle_brick: {sentence} All other packages are ready.')

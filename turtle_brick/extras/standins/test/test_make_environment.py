@@ -186,10 +186,13 @@ def test_the_users_packages_are_built_after_those_of_the_project(top, built, cap
     executable(top / 'turtle_brick/extras/standins/example_interfaces/package.xml',
                manifest.format('example_interfaces'))
     (top / 'broken').write_text('my_package')
+    log = executable(top / '.ros/log/latest_build/my_package/stdout_stderr.log')
     assert built() == ['example_interfaces', 'my_package', 'second']
     errors = capsys.readouterr().err
     assert 'error: my_package is broken' in errors
-    assert errors.splitlines()[-1].startswith('turtle_brick: colcon could not build my_package.')
+    assert errors.splitlines()[-1] == (
+        'turtle_brick: colcon could not build my_package. See its output above and in '
+        f'{log.relative_to(top)}. All other packages are ready.')
     (top / 'broken').unlink()
     assert built() == ['my_package']
     for folder in ('scripts', 'test'):  # unlike in turtle_brick, these may be installed
