@@ -40,7 +40,8 @@ def test_nodes_that_die_are_judged(domain_id):
         record = observe(graph, end_node, **{**SHORT, 'discovery_time': TIMEOUT})
     assert not ends
     found = results(record)
-    expected = OPEN if record.load_summary() else FAILED
+    # A request may be open although all trials are calm.
+    expected = FAILED if all(window.calm for window in record.windows) else OPEN
     assert {'drive: goal', 'place'} <= found[FAILED].keys() | found[expected].keys()
     assert {'URDF: base_link', 'walls: size'} <= found[MET].keys()
 
