@@ -125,14 +125,14 @@ def find_launch_files(share: Path) -> dict[str, Path]:
 def judging_environment(install: Path, share: Path) -> dict[str, str]:
     """Return a clean environment with the interfaces and files in an install directory."""
     environment = clean_environment()
-    environment['AMENT_PREFIX_PATH'] = os.pathsep.join(filter(None, (
-        str(share.resolve().parents[1]), environment.get('AMENT_PREFIX_PATH', ''))))
     prefixes = {path.parents[4] for pattern in (INTERFACES, f'*/{INTERFACES}')
                 for path in install.resolve().glob(f'{pattern}/*')}
     python = [str(path) for prefix in sorted(prefixes) for pattern in PYTHON_DIRECTORIES
               for path in prefix.glob(pattern)]
     # The program imports from the first directories of PYTHONPATH only what no other one has.
     for name, entries in (
+            ('AMENT_PREFIX_PATH', [str(share.resolve().parents[1]),
+                                   environment.get('AMENT_PREFIX_PATH', '')]),
             ('PYTHONPATH', [*python, environment.get('PYTHONPATH', '')]),
             ('LD_LIBRARY_PATH', [environment.get('LD_LIBRARY_PATH', ''),
                                  *(f'{prefix}/lib' for prefix in sorted(prefixes))])):

@@ -622,7 +622,7 @@ def fit_slide(gravity: float, track: list[tuple[int, Pose, list[Pose]]],
         gains = gravity * sines * steps  # Of speed in each step.
         computed = numpy.cumsum((numpy.cumsum(gains) - gains / 2.0) * steps)
         # When the platform tilts, the brick may turn with it, or keep its place in the world.
-        for start in (places[0] + 0.0 * times, places[0] * cosines - height * sines):
+        for start in (places[0], places[0] * cosines - height * sines):
             ratio = float(computed @ (places - start) / (computed @ computed or 1.0))
             fitted = start + ratio * computed
             # Each position of the brick may be relative to any of the poses of the platform.
@@ -663,8 +663,8 @@ def end_of_slide(record: Record, drop: DropWatch, radius: float) -> tuple[float,
     if drop.floated is None or drop.tilted is None:
         return None
     length, width, _ = numpy.ptp(brick_corners(record), axis=0)
-    before = record.on_platform(rest_before_tilt(drop))
-    level = record.pose('platform', rest_before_tilt(drop))
+    rest = rest_before_tilt(drop)
+    before, level = record.on_platform(rest), record.pose('platform', rest)
     brick = record.pose('brick', drop.floated)
     platforms = close_platforms(record, drop.floated)
     if not platforms or brick is None or before is None or level is None:

@@ -149,7 +149,8 @@ def visible_time(record: Record, group: list[ReceivedMarker]) -> float:
 def text_lasts(record: Record) -> Finding:
     require_data(record.drops, 'nothing was dropped')
     end = max(end for _, end in record.whole.trial_spans())
-    groups = [(drop, texts_about(record, drop)) for drop in record.drops]
+    added = [text for text in texts(record) if text.marker.action == ADD]
+    groups = [(drop, texts_about(record, drop, added)) for drop in record.drops]
     # At the end of an interrupted record, a short text may still be repeated.
     groups = require_data(
         [(drop, group) for drop, group in groups if group and (
@@ -175,12 +176,12 @@ def lifetime_of(text: ReceivedMarker) -> float:
     return nanoseconds_of(text.marker.lifetime) * SECONDS_PER_NS
 
 
-def texts_about(record: Record, drop: DropWatch) -> list[ReceivedMarker]:
-    """Return the "Unreachable" markers added between the start of a drop and the next one."""
+def texts_about(record: Record, drop: DropWatch, added: list[ReceivedMarker]
+                ) -> list[ReceivedMarker]:
+    """Return the texts that were added between the start of a drop and that of the next one."""
     end = min((later.begin for later in record.whole.drops if later.begin > drop.begin),
               default=inf)
-    return [text for text in texts(record)
-            if text.marker.action == ADD and drop.begin <= text.published < end]
+    return [text for text in added if drop.begin <= text.published < end]
 
 
 @rule('carry', 'the robot drives back to the arena center and tilts the brick off',

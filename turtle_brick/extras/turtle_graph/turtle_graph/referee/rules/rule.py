@@ -162,9 +162,9 @@ class Rules(list[Rule]):
             causes.update(dict.fromkeys(incomplete, record.crashes))
         lacks = '; '.join(filter(LACKS.search, record.crashes))
         # The graph may be correct in an environment that contains everything.
-        opened = incomplete | self.behavior_without(absent) if lacks else set()
+        opened = causes.keys() & (incomplete | self.behavior_without(absent)) if lacks else ()
         judgments = [
-            judgment._replace(mark=OPEN, measured=lacks) if judgment.name in opened & causes.keys()
+            judgment._replace(mark=OPEN, measured=lacks) if judgment.name in opened
             else judgment._replace(follows=causes.get(judgment.name, ()))
             for judgment in judgments]
         order = (FAILED, OPEN, MET)
