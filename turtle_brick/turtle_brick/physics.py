@@ -12,6 +12,9 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 
+# mypy: allow-untyped-defs
+# The assignment defines the signatures of World without type hints.
+
 """
 Simulate a brick that falls onto a platform, rides on it and slides off.
 

@@ -22,14 +22,12 @@ CACHE = os.path.join(ENVIRONMENT, 'mypy') if ENVIRONMENT else os.devnull
 
 @pytest.mark.linter
 @pytest.mark.mypy
-@pytest.mark.parametrize('arguments', [
-    ['--scripts-are-modules', *PACKAGES, *PROGRAMS], ['--disallow-untyped-defs', *STANDINS]],
-    ids=['packages', 'standins'])
-def test_mypy(arguments, monkeypatch):
+def test_mypy(monkeypatch):
     # The packages import each other.
     monkeypatch.setenv('MYPYPATH', os.pathsep.join(map(str, (
         EXTRAS.parent, EXTRAS / 'turtle_graph', EXTRAS / 'turtle_brick_tools'))))
     report, errors, status = api.run(
         ['--config-file', os.devnull, '--cache-dir', CACHE, '--ignore-missing-imports',
-         '--warn-unused-ignores', *arguments])
+         '--warn-unused-ignores', '--disallow-untyped-defs', '--check-untyped-defs',
+         '--scripts-are-modules', *PACKAGES, *PROGRAMS, *STANDINS])
     assert status == 0, report + errors
