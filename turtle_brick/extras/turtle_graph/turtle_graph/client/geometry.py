@@ -58,8 +58,9 @@ class Pose(NamedTuple):
 
     def compose(self, inner: 'Pose') -> 'Pose':
         """Transform a pose from the child frame to the parent frame."""
-        x, y, z = self.transform(inner.position).tolist()
-        return Pose((x, y, z), multiply(self.orientation, inner.orientation))
+        x, y, z = rotate(self.orientation, inner.position)
+        return Pose((self.position[0] + x, self.position[1] + y, self.position[2] + z),
+                    multiply(self.orientation, inner.orientation))
 
 
 ORIGIN = Pose((0.0, 0.0, 0.0))
@@ -74,6 +75,17 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
             pw * qy - px * qz + py * qw + pz * qx,
             pw * qz + px * qy - py * qx + pz * qw,
             pw * qw - px * qx - py * qy - pz * qz)
+
+
+def rotate(quaternion: Quaternion, vector: Vector) -> Vector:
+    """Return a vector rotated by a unit quaternion."""
+    x, y, z, w = quaternion
+    vx, vy, vz = vector
+    # Rodrigues' rotation formula: v + w t + (x, y, z) × t, where t = 2 (x, y, z) × v
+    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)
+    return (vx + w * tx + y * tz - z * ty,
+            vy + w * ty + z * tx - x * tz,
+            vz + w * tz + x * ty - y * tx)
 
 
 def normalize(quaternion: Quaternion) -> Quaternion:
