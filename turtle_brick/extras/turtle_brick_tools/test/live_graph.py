@@ -41,7 +41,7 @@ __all__ = ['LATCHED', 'LiveGraph', 'TIMEOUT', 'add_nodes', 'graph', 'observe', '
 FETCH_PERIOD = 0.005
 """Minimum time (s) between two calls of LiveGraph.fetch()."""
 
-PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)))
+PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)), repetitions=0)
 """Requests of a short trial whose second brick can be caught even on a busy machine."""
 
 

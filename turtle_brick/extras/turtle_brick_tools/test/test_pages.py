@@ -36,7 +36,7 @@ NOT_RUN = {
     'colcon |bash turtle_brick/scripts/test|python3 -m pytest': 'it would run this test',
     'source (install|/opt/ros/jazzy)/setup.bash': 'it belongs to another workspace',
     '(python3 turtle_brick/scripts/|ros2 run turtle_graph )referee': 'it has its own tests',
-    'ros2 launch turtle_brick_tools namespaced_arena.launch.py': 'test_turtle_arena.py runs it',
+    'ros2 launch turtle_brick_tools namespaced_arena': 'test_turtle_arena.py runs it',
     'ros2 pkg create my_package': 'test_own_package_starts_with_the_arena runs it',
     'ros2 run turtle_brick_tools benchmark': 'it takes minutes; test_benchmark.py runs it',
     'ros2 run turtle_brick_tools sweep': 'it takes minutes; test_sweep.py runs it',
@@ -53,7 +53,6 @@ ARENA = 'ros2 launch turtle_brick turtle_arena.launch.py'
 
 LASTING = {
     'ros2 launch turtle_brick show_turtle': 'Robot initialized',
-    'ros2 launch turtle_brick_tools namespaced_arena': 'Waiting for the brick',
     'ros2 run turtle_graph viewer': 'http://',
     'ros2 run turtlesim turtlesim_node': 'Spawning turtle',
     'ros2 topic hz': 'average rate: ',

@@ -3,7 +3,7 @@
 
 from pathlib import Path
 import sys
-from time import monotonic
+from time import monotonic, time_ns
 
 from geometry_msgs.msg import Point
 from live_graph import add_nodes, LiveGraph, observe, results, TIMEOUT
@@ -17,8 +17,11 @@ from turtle_brick.core.parameters import default_path
 from turtle_brick_tools.graph import Graph
 from turtle_graph.client.client import GraphClient
 from turtle_graph.client.domains import DomainError, is_empty, reserved_domain
+from turtle_graph.client.load import Window
+from turtle_graph.client.messages import NS_PER_SECOND
 from turtle_graph.client.observer import Observer
 from turtle_graph.client.profiles import NUMBERS, Profile
+from turtle_graph.client.record import LOADED
 from turtle_graph.referee import referee
 from turtle_graph.referee.rules.rule import FAILED, MET, OPEN
 from turtle_graph.referee.trial import FAR_OUT, Program, Trial
@@ -130,6 +133,25 @@ def test_a_graph_in_another_namespace_is_not_used(domain_id):
         Trial(graph, observer, logged.append, **SHORT).run()
     assert {line.partition(' ')[0] for line in logged} == {'looking', 'waiting'}
     assert 'pass the namespace of the graph with --namespace' in observer.record.notes[0]
+
+
+def test_a_trial_is_repeated_until_it_is_calm(domain_id):
+    logged = []
+
+    def log(text):
+        logged.append(text)
+        loaded = logged.count('at rest') < 3
+        observer.record.windows[:] = [Window(0, time_ns() + 3600 * NS_PER_SECOND, 0.3)] * loaded
+
+    with Graph(domain_id, quiet=True) as graph:
+        graph.add_turtlesim()
+        graph.add_robot()
+        observer = graph.add(Observer, parameters=False)
+        program = Program(idle=0.3, legs=0, tilts=(), drops=(), repetitions=3)
+        Trial(graph, observer, log, **{**SHORT, 'program': program}).run()
+    rests, calm = len(observer.record.idle), bool(observer.record.calm().idle)
+    assert (rests, calm) == (3, True) or rests == 4  # On a busy machine, no trial may be calm.
+    assert logged.count(f'repeating trials because {LOADED}') == rests - 1
 
 
 def test_a_graph_that_its_command_starts_in_a_namespace_is_judged(domain_id, monkeypatch):

@@ -36,8 +36,10 @@ COMPLETION_TIME = 20.0
 """Maximum time (s) between the discovery of one topic and of the next one."""
 LAST_DROP_TIME = 50.0
 """Time limit (s) from the discovery of the graph to the start of the last drop."""
-REPETITIONS, REPETITION_TIME = 3, 20.0
-"""Maximum number of repetitions on a busy machine, and the time limit (s) for each of them."""
+REPETITION_TIME = 20.0
+"""Time limit (s) for each repetition on a busy machine."""
+ATTEMPTS = 3
+"""Maximum number of requests for the parameters of a node."""
 TEXT_TIME = 4.0
 """Timeout (s) for the end of the text about the previous brick."""
 LEG, MIN_LEG = 1.5, 0.3
@@ -73,6 +75,7 @@ class Program(NamedTuple):
         PlannedDrop('brick just in reach', 0.40, 0.8, REACTION_TIME + 0.03),
         PlannedDrop('brick that may be caught or refused', 0.90, 0.5, REACTION_TIME / 2.0),
         PlannedDrop('brick in reach', 0.60, 0.7, REACTION_TIME + 0.10))
+    repetitions: int = 3  # Maximum number of repetitions on a busy machine.
 
 
 PROGRAMS = {None: Program(), 1: Program(tilts=(), drops=()), 2: Program(drops=()),
@@ -111,7 +114,7 @@ class Trial(GraphClient):
         self.drop_all(self.program.drops[:1])
         self.tilt()
         self.drop_all(self.program.drops[1:])
-        for _ in range(REPETITIONS):
+        for _ in range(self.program.repetitions):
             self.repeat()
 
     def repeat(self) -> None:
@@ -171,7 +174,7 @@ class Trial(GraphClient):
         values: dict[str, set[float]] = {name: set() for name in NUMBERS if name not in numbers}
         # Some nodes may have no parameter service, or may not respond.
         self.wait_until(lambda: all(client.service_is_ready() for client in clients), self.timeout)
-        for _ in range(REPETITIONS):
+        for _ in range(ATTEMPTS):
             # A node that lacks one of several requested parameters returns none of them.
             calls = [(name, self.observer.poller.call(client, GetParameters.Request(names=[name])))
                      for client in clients if client.service_is_ready()
