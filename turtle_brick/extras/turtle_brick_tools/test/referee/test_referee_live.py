@@ -5,7 +5,7 @@ from pathlib import Path
 import sys
 from time import monotonic, time_ns
 
-from geometry_msgs.msg import Point
+from geometry_msgs.msg import Point, Twist
 from live_graph import add_nodes, LiveGraph, observe, results, TIMEOUT
 from nav_msgs.srv import GetPlan
 import pytest
@@ -20,11 +20,12 @@ from turtle_graph.client.domains import DomainError, is_empty, reserved_domain
 from turtle_graph.client.load import Window
 from turtle_graph.client.messages import NS_PER_SECOND
 from turtle_graph.client.observer import Observer
-from turtle_graph.client.profiles import NUMBERS, Profile
+from turtle_graph.client.profiles import NUMBERS, Profile, TURTLE_COMMANDS
 from turtle_graph.client.record import LOADED
 from turtle_graph.referee import referee
 from turtle_graph.referee.rules.rule import FAILED, MET, OPEN
 from turtle_graph.referee.trial import FAR_OUT, Program, Trial
+from turtlesim.msg import Pose
 from turtlesim.srv import TeleportRelative
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -109,6 +110,21 @@ def test_large_messages_are_skipped(domain_id):
             publisher.publish(MarkerArray(markers=[Marker(id=number) for number in range(2000)]))
         live.wait_for(lambda: observer.poller.skipped, TIMEOUT, 'a flood')
     assert len(observer.record.markers) < 30 * 2000
+
+
+def test_the_commands_for_a_remapped_turtlesim_are_found(domain_id):
+    with LiveGraph(domain_id) as live:
+        observer = live.add(Observer, parameters=False)
+        topics = observer.record.profile.topics
+        live.listener.create_publisher(Twist, 'cmd_vel', 10)
+        pose = live.publisher('turtle1/pose', Pose)
+        turtlesim = live.listener.create_subscription(Twist, TURTLE_COMMANDS, print, 10)
+        live.wait_for(lambda: pose.publish(Pose()) or observer.record.topics['pose'], TIMEOUT,
+                      'a pose')
+        observer.subscribe_to_new_topics()
+        assert topics['cmd_vel'] == TURTLE_COMMANDS
+        live.listener.destroy_subscription(turtlesim)
+        live.wait_for(lambda: topics['cmd_vel'] == 'cmd_vel', TIMEOUT, 'the other topic')
 
 
 def test_several_publishers_of_a_pose_are_named(domain_id):
