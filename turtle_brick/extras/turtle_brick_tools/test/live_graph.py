@@ -41,6 +41,9 @@ __all__ = ['LATCHED', 'LiveGraph', 'TIMEOUT', 'add_nodes', 'graph', 'observe', '
 FETCH_PERIOD = 0.005
 """Minimum time (s) between two calls of LiveGraph.fetch()."""
 
+RESPONSE_TIME = 10.0
+"""Time (s) after which a request to a service is repeated."""
+
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)), repetitions=0)
 """Requests of a short trial whose second brick can be caught even on a busy machine."""
 
@@ -73,12 +76,19 @@ class LiveGraph(Graph, Listening):
         self._recorder.subscribe(message_type, topic, add, qos)
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
+        """Call a service, and repeat the request if there is no response."""
         # An EventsExecutor can lose a response while it registers a new client.
         client = self._recorder.create_client(service_type, service)
         self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
-        responses = self._recorder.call(
-            client, service_type.Request() if request is None else request)
-        self.wait_for(lambda: responses, TIMEOUT, f'a response from {service}')
+        responses: list[Any] = []
+        deadline = monotonic() + TIMEOUT
+        while not responses:
+            assert monotonic() < deadline, f'no response from {service}'
+            # A node that has just started may not have discovered this client.
+            responses = self._recorder.call(
+                client, service_type.Request() if request is None else request)
+            with contextlib.suppress(TimeoutError):
+                self.wait_for(lambda: responses, RESPONSE_TIME, f'a response from {service}')
         self._recorder.destroy_client(client)
         return responses[0].message
 
