@@ -37,7 +37,8 @@ NOT_RUN = {
     'source (install|/opt/ros/jazzy)/setup.bash': 'it belongs to another workspace',
     '(python3 turtle_brick/scripts/|ros2 run turtle_graph )referee': 'it has its own tests',
     'ros2 launch turtle_brick_tools namespaced_arena': 'test_turtle_arena.py runs it',
-    'ros2 pkg create my_package': 'test_own_package_starts_with_the_arena runs it',
+    'ros2 pkg create my_package|python3 own_node.py':
+        'test_own_package_starts_with_the_arena runs it',
     'ros2 run turtle_brick_tools benchmark': 'it takes minutes; test_benchmark.py runs it',
     'ros2 run turtle_brick_tools sweep': 'it takes minutes; test_sweep.py runs it',
     'python3 turtle_brick/scripts/record_rviz|ffmpeg ': 'it requires rviz2',
@@ -58,11 +59,10 @@ LASTING = {
     'ros2 run turtlesim turtlesim_node': 'Spawning turtle',
     'ros2 topic hz': 'average rate: ',
     'ros2 run tf2_ros tf2_echo': '- Matrix:',
-    'python3 own_node.py': "'(caught|missed|unreachable)': 1",
 }
 """Patterns for commands that run until Ctrl-C, with their expected output."""
 
-REQUIRES_ARENA = 'ros2 (node|param|service|topic|run tf2_ros)|python3 own_node'
+REQUIRES_ARENA = 'ros2 (node|param|service|topic|run tf2_ros)'
 
 SKIPPED = {}
 """Patterns for commands that cannot run in this environment, with reasons."""
@@ -132,7 +132,6 @@ def interrupt(process):
 def check_command(command, domain, directory):
     for name in ('turtle_brick', 'turtle_brick_interfaces'):
         (directory / name).symlink_to(ROOT / name)
-    (directory / 'own_node.py').write_text(block('changing.md', 'python', 'class OwnNode'))
     if matching(command, LASTING):
         with started(command, domain, directory) as process:
             process.wait_for_output(LASTING[matching(command, LASTING)], TIMEOUT)
@@ -188,7 +187,7 @@ def outcomes(tmp_path_factory):
                 ThreadPoolExecutor(1) as in_order, ThreadPoolExecutor(20) as several:
             for command in talking:
                 # Only one command at a time may place or drop the brick.
-                pool = in_order if re.search('/place|/drop|own_node', command) else several
+                pool = in_order if re.search('/place|/drop', command) else several
                 futures[command] = pool.submit(check, domain, command)
 
     possible = [command for command in COMMANDS
@@ -275,6 +274,6 @@ def test_own_package_starts_with_the_arena(tmp_path):
     command = 'source install/local_setup.bash && exec ros2 launch my_package own.launch.py'
     with reserved_domain() as domain, started(
             f'bash -c "{command} view:=none"', domain, tmp_path) as process:
-        process.wait_for_output(LASTING['python3 own_node.py'], TIMEOUT)
+        process.wait_for_output("'(caught|missed|unreachable)': 1", TIMEOUT)
         interrupt(process)
         assert 'Traceback' not in process.output
