@@ -23,6 +23,7 @@ from time import monotonic
 from typing import Any
 
 from live_nodes import LATCHED, Listening, TIMEOUT
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from turtle_brick.core.parameters import load
@@ -41,7 +42,7 @@ __all__ = ['LATCHED', 'LiveGraph', 'TIMEOUT', 'add_nodes', 'graph', 'observe', '
 FETCH_PERIOD = 0.005
 """Minimum time (s) between two calls of LiveGraph.fetch()."""
 
-RESPONSE_TIME = 10.0
+RESPONSE_TIME = 3.0
 """Time (s) after which a request to a service is repeated."""
 
 PROGRAM = Program(0.5, 2, (0.5, 0.0), (FAR_OUT, IN_REACH._replace(spare_time=0.8)), repetitions=0)
@@ -54,6 +55,7 @@ class LiveGraph(Graph, Listening):
     def __init__(self, domain_id: int, **options: Any) -> None:
         super().__init__(domain_id, **options)
         self._fetch_time = 0.0
+        self._clients: dict[str, Client] = {}
         self._recorder = PollingNode('recorder', context=self.context, namespace=self.namespace)
         self.listener = self.add(Node, parameters=False, node_name='listener',
                                  start_parameter_services=False)
@@ -77,19 +79,19 @@ class LiveGraph(Graph, Listening):
 
     def call(self, service: str, service_type: type, request: Any = None) -> Any:
         """Call a service, and repeat the request if there is no response."""
-        # An EventsExecutor can lose a response while it registers a new client.
-        client = self._recorder.create_client(service_type, service)
+        if service not in self._clients:
+            self._clients[service] = self._recorder.create_client(service_type, service)
+        client = self._clients[service]
         self.wait_for(client.service_is_ready, TIMEOUT, f'the service {service}')
         responses: list[Any] = []
         deadline = monotonic() + TIMEOUT
         while not responses:
             assert monotonic() < deadline, f'no response from {service}'
-            # A node that has just started may not have discovered this client.
+            # A node that has just started may not know this client yet.
             responses = self._recorder.call(
                 client, service_type.Request() if request is None else request)
             with contextlib.suppress(TimeoutError):
                 self.wait_for(lambda: responses, RESPONSE_TIME, f'a response from {service}')
-        self._recorder.destroy_client(client)
         return responses[0].message
 
 

@@ -106,8 +106,9 @@ def test_large_messages_are_skipped(domain_id):
         observer = live.add(Observer, parameters=False)
         publisher = live.publisher('flood', MarkerArray, 30)
         live.wait_for(lambda: publisher.get_subscription_count() == 1, TIMEOUT, 'the observer')
+        message = MarkerArray(markers=[Marker(id=number) for number in range(2000)])
         for _ in range(30):
-            publisher.publish(MarkerArray(markers=[Marker(id=number) for number in range(2000)]))
+            publisher.publish(message)
         live.wait_for(lambda: observer.poller.skipped, TIMEOUT, 'a flood')
     assert len(observer.record.markers) < 30 * 2000
 
