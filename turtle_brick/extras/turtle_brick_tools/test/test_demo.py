@@ -3,6 +3,7 @@
 """Test the demo's error messages, fault detection and choice of ROS domain."""
 
 from http.server import HTTPServer, SimpleHTTPRequestHandler
+from math import dist
 import os
 import signal
 import socket
@@ -17,9 +18,12 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from turtle_brick.core.parameters import load
+from turtle_brick.core.reachability import resting_height
 from turtle_brick_tools import demo
 from turtle_brick_tools.graph import executable
+from turtle_brick_tools.simulation import fall_time, guaranteed_distance
 from turtle_graph.client.domains import DomainError, RANGE_VARIABLES
+from turtle_graph.client.geometry import CENTER
 from turtlesim.msg import Pose
 
 WAIT = 600.0
@@ -106,6 +110,15 @@ def test_an_absent_page_and_other_catches_are_faults(domain_id, monkeypatch, cap
     assert page.startswith('FAULT: the page http://127.0.0.1:')
     assert catches == 'FAULT: not exactly the first brick was caught'
     assert summary.endswith('2 faulty')
+
+
+def test_by_default_one_of_two_bricks_can_be_caught():
+    parameters = load()
+    near, far = demo.bricks(demo.parse([]), MagicMock(), parameters)
+    assert dist(near[:2], CENTER) < guaranteed_distance(near[2], parameters)
+    assert far[2] > resting_height(parameters)
+    reach = parameters.max_velocity * fall_time(far[2], parameters) + parameters.platform_radius
+    assert dist(far[:2], CENTER) > reach
 
 
 def test_ctrl_c_does_not_hide_a_fault(monkeypatch):

@@ -76,9 +76,14 @@ def angle_in(message: Any) -> float:
     return next((float(getattr(owner, name)) for owner, name in number_fields(message)), nan)
 
 
+def full_name(name: str, namespace: str) -> str:
+    """Return the name of a node with its namespace."""
+    return f'{namespace.rstrip("/")}/{name}'
+
+
 def known_nodes(infos: Iterable[Any]) -> list[str]:
     """Return the full name of each node in a list of topic endpoints, if the name is known."""
-    return [f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos
+    return [full_name(info.node_name, info.node_namespace) for info in infos
             if info.node_name != UNKNOWN_NODE]
 
 
@@ -353,10 +358,10 @@ class Observer(Node):
         for topic, _ in self.get_topic_names_and_types():
             infos = self._others(self.get_subscriptions_info_by_topic(topic))
             users.setdefault(topic, set()).update(known_nodes(infos))
-        for name, namespace in self.get_node_names_and_namespaces():
+        for node in self.get_node_names_and_namespaces():
             with suppress(NodeNameNonExistentError):  # The node may have ended.
-                for service, _ in self.get_service_names_and_types_by_node(name, namespace):
-                    users.setdefault(service, set()).add(f'{namespace.rstrip("/")}/{name}')
+                for service, _ in self.get_service_names_and_types_by_node(*node):
+                    users.setdefault(service, set()).add(full_name(*node))
 
     def other_namespaces(self) -> set[str]:
         """Return all namespaces that contain nodes, except '/' and the namespace of this node."""
@@ -366,5 +371,5 @@ class Observer(Node):
     def parameter_clients(self) -> list[Client]:
         """Return clients for the get_parameters services of all other nodes."""
         own = (self.get_name(), self.poller.get_name())
-        return [self._client(f'{namespace.rstrip("/")}/{name}/get_parameters', GetParameters)
-                for name, namespace in self.get_node_names_and_namespaces() if name not in own]
+        return [self._client(f'{full_name(*node)}/get_parameters', GetParameters)
+                for node in self.get_node_names_and_namespaces() if node[0] not in own]
