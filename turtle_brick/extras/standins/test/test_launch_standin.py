@@ -93,7 +93,9 @@ def starts(monkeypatch):
         if command[0] == sys.executable:  # The real package lets the kernel read the first line.
             command = command[1:]
         found.append((command, options))
-        return subprocess.Popen(['true'], **{**options, 'shell': False, 'cwd': None, 'env': None})
+        # With a preexec_fn, Python would copy this large process for each command.
+        return subprocess.Popen(['true'], **{
+            **options, 'shell': False, 'cwd': None, 'env': None, 'preexec_fn': None})
 
     def run_once(command, **options):
         return xacro(*command[1:]) if command[0] == 'xacro' else (
