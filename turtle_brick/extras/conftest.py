@@ -69,8 +69,8 @@ def domain_id(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
 @pytest.fixture
 def live(domain_id: int) -> Iterator[Any]:
     """Provide a LiveGraph in a ROS domain that only this test uses."""
-    from live_graph import graph
-    with graph(domain_id) as live:
+    from live_graph import LiveGraph
+    with LiveGraph(domain_id) as live:
         yield live
 
 

@@ -10,8 +10,9 @@ import pytest
 EXTRAS = Path(__file__).resolve().parents[1]
 PACKAGES = [str(EXTRAS.parent / 'turtle_brick'), *(
     str(EXTRAS / name / name) for name in ('turtle_graph', 'turtle_brick_tools'))]
-PROGRAMS = [str(EXTRAS.parent / 'scripts' / name)
-            for name in ('make_environment', 'record_rviz', 'referee', 'website')]
+PROGRAMS = [*(str(EXTRAS.parent / 'scripts' / name)
+              for name in ('make_environment', 'record_rviz', 'referee', 'website')),
+            str(EXTRAS / 'website/web_arena.py')]
 STANDINS = [str(path.parent) for path in sorted(EXTRAS.glob('standins/*/package.xml'))
             if any(path.parent.rglob('*.py'))]
 

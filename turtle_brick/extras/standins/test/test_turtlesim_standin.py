@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist, Vector3
-from live_graph import graph, process, TIMEOUT
+from live_graph import LiveGraph, process, TIMEOUT
 import pytest
 from rcl_interfaces.srv import SetParameters
 from rclpy.action import ActionClient
@@ -39,7 +39,7 @@ COMMAND = [executable('turtlesim', 'turtlesim_node')]
 
 @pytest.fixture(scope='module')
 def live():
-    with reserved_domain() as domain_id, graph(domain_id) as live:
+    with reserved_domain() as domain_id, LiveGraph(domain_id) as live:
         yield live
 
 

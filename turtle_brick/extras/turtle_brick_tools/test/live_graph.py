@@ -3,7 +3,7 @@
 """
 Run the graph in this process and in other processes, and judge it in live tests.
 
-    with graph(domain_id) as live:
+    with LiveGraph(domain_id) as live:
         live.add_robot()
         odom = live.record('odom', Odometry)
         live.wait_for(lambda: len(odom.messages) > 200, TIMEOUT, '200 odometry messages')
@@ -36,7 +36,7 @@ from turtle_graph.referee.referee import RULES
 from turtle_graph.referee.rules.rule import FAILED, MET, OPEN
 from turtle_graph.referee.trial import FAR_OUT, IN_REACH, Program, Trial
 
-__all__ = ['LATCHED', 'LiveGraph', 'TIMEOUT', 'add_nodes', 'graph', 'observe', 'process',
+__all__ = ['LATCHED', 'LiveGraph', 'TIMEOUT', 'add_nodes', 'observe', 'process',
            'results', 'wait_for_exits']
 
 FETCH_PERIOD = 0.005
@@ -93,10 +93,6 @@ class LiveGraph(Graph, Listening):
             with contextlib.suppress(TimeoutError):
                 self.wait_for(lambda: responses, RESPONSE_TIME, f'a response from {service}')
         return responses[0].message
-
-
-graph = LiveGraph
-"""Short name for tests: `with graph(domain_id) as live`."""
 
 
 def add_nodes(graph: Graph) -> dict[str, Any]:

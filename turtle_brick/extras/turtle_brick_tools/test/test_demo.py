@@ -12,7 +12,7 @@ from threading import Thread
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
-from live_graph import graph, process, wait_for_exits
+from live_graph import LiveGraph, process, wait_for_exits
 import psutil
 import pytest
 import rclpy
@@ -81,7 +81,7 @@ def test_a_process_that_ends_is_a_fault_and_named_with_its_last_line(
     viewer.write_text('#!/bin/sh\necho first\necho "  no page"\nexit 3\n')
     viewer.chmod(0o755)
     monkeypatch.setattr('turtle_brick_tools.graph.executable', lambda *_: str(viewer))
-    with graph(domain_id) as live:
+    with LiveGraph(domain_id) as live:
         with pytest.raises(RuntimeError, match='^viewer exited with status 3: no page$'):
             demo.start_viewer(live)
 
@@ -103,7 +103,7 @@ def test_only_a_page_that_responds_is_accepted_and_only_a_free_port_chosen(monke
 def test_an_absent_page_and_other_catches_are_faults(domain_id, monkeypatch, capfd):
     monkeypatch.setattr(demo, 'bricks', lambda *_: [])
     options = SimpleNamespace(drops=0, place=[])
-    with socket.create_server(('127.0.0.1', 0)) as server, graph(domain_id) as live:
+    with socket.create_server(('127.0.0.1', 0)) as server, LiveGraph(domain_id) as live:
         monkeypatch.setattr(demo, 'PAGE_TIMEOUT', 0.1)
         assert not demo.run_scenario(live, options, load(), server.getsockname()[1])
     page, catches, summary = capfd.readouterr().out.splitlines()
@@ -151,7 +151,7 @@ def test_demo_uses_the_domain_of_the_user(domain_id):
     with demo.choose_domain() as shared:
         assert not shared
         assert os.environ['ROS_DOMAIN_ID'] == str(domain_id)
-    with graph(domain_id), demo.choose_domain() as shared:
+    with LiveGraph(domain_id), demo.choose_domain() as shared:
         assert shared
 
 

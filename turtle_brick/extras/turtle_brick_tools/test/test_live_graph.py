@@ -4,14 +4,14 @@
 
 import sys
 
-from live_graph import graph, process, TIMEOUT
+from live_graph import LiveGraph, process, TIMEOUT
 from live_nodes import Recording
 import pytest
 from turtle_graph.client.record import message_rate
 
 
 def test_node_errors_and_timeouts_fail_the_test(domain_id):
-    with pytest.raises(ZeroDivisionError), graph(domain_id) as live:
+    with pytest.raises(ZeroDivisionError), LiveGraph(domain_id) as live:
         with pytest.raises(TimeoutError, match='nothing'):
             live.wait_for(lambda: False, 0.1, 'nothing')
         live.listener.create_timer(0.01, lambda: 1 / 0)

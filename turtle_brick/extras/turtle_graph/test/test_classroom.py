@@ -6,7 +6,6 @@ from pathlib import Path
 import re
 import sys
 
-from live_graph import TIMEOUT
 import psutil
 import pytest
 from turtle_graph.client.processes import Process
@@ -16,6 +15,9 @@ from turtle_graph.referee.rules.rule import FAILED
 from turtle_graph.referee.trial import configured_numbers
 
 ROOT = Path(__file__).resolve().parents[3]
+
+TIMEOUT = 120.0
+"""Timeout (s) for the output and the end of the referee."""
 
 
 def test_each_requirement_belongs_to_the_hour_on_the_page():

@@ -12,7 +12,7 @@ import urllib.request
 
 from geometry_msgs.msg import PoseStamped, Vector3
 from installed import is_standin
-from live_graph import graph, LATCHED, process, TIMEOUT
+from live_graph import LATCHED, LiveGraph, process, TIMEOUT
 import pytest
 from std_msgs.msg import Float32
 from std_srvs.srv import Empty
@@ -85,7 +85,7 @@ def test_page_is_served_only_to_this_machine_on_the_next_free_port(
 def test_markers_and_commands_of_other_types_work(domain_id):
     marker = Marker(type=Marker.CUBE, scale=Vector3(x=1.0, y=2.0, z=3.0))
     marker.header.frame_id = 'map'
-    with graph(domain_id, quiet=True) as live:
+    with LiveGraph(domain_id, quiet=True) as live:
         live.viewer = live.add(viewer.Viewer, '-p', 'port:=0', parameters=False,
                                settings=Settings('map'))
         assert response_to(live, 'drop') == 'drop: the /drop service is not available'
@@ -109,7 +109,7 @@ def test_markers_and_commands_of_other_types_work(domain_id):
 def shown():
     """Run an arena and a viewer that stops receiving state streams as soon as its page closes."""
     with reserved_domain() as domain, pytest.MonkeyPatch.context() as patch, \
-            graph(domain, quiet=True) as live:
+            LiveGraph(domain, quiet=True) as live:
         patch.setattr(viewer, 'IDLE_DELAY', 0.0)
         live.viewer = live.add(viewer.Viewer, '-p', 'port:=0', parameters=False)
         live.world = live.add_arena().world

@@ -14,7 +14,7 @@ from time import monotonic
 from browser import Chromium, find_chromium, TIMEOUT
 from geometry_msgs.msg import PoseStamped
 from installed import is_standin
-from live_graph import add_nodes, graph, LATCHED, process
+from live_graph import add_nodes, LATCHED, LiveGraph, process
 import numpy
 import pytest
 from sensor_msgs.msg import JointState
@@ -110,7 +110,7 @@ class Page(Chromium):
 @contextmanager
 def running_graph(domain_id):
     goals, end = Queue(), Event()
-    with graph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
+    with LiveGraph(domain_id, quiet=True) as live, ThreadPoolExecutor() as pool:
         add_nodes(live)
         live.listener.create_subscription(PoseStamped, 'goal_pose', goals.put, 10)
         viewer = live.add(Viewer, '-p', 'port:=0', parameters=False)
@@ -132,7 +132,7 @@ def page():
                     reason='the installed joint_state_publisher_gui is the real one')
 def test_buttons_on_the_page_move_the_joints(page, domain_id):
     command = [executable('joint_state_publisher_gui', 'joint_state_publisher_gui')]
-    with graph(domain_id) as live, process(command, domain_id) as sliders:
+    with LiveGraph(domain_id) as live, process(command, domain_id) as sliders:
         live.publisher('robot_description', String, LATCHED).publish(String(data=ROBOT))
         states = live.record('joint_states', JointState)
         page.go_to(sliders.wait_for_output(r'Joint State Publisher: (\S+)', TIMEOUT)[1])

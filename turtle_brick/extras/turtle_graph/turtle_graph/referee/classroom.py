@@ -160,17 +160,24 @@ def judge_graph(workspace: Path, environment: dict[str, str], arguments: Sequenc
     return status
 
 
-def judge_workspace(workspace: Path, json: Path, shared: Sequence[str],
-                    options: argparse.Namespace, command: Sequence[str]) -> int:
+def shared_arguments(options: argparse.Namespace) -> list[str]:
+    """Return the arguments of the referee that are the same for all workspaces."""
+    arguments = [f'--{name}={value}' for name, value in (
+        ('hour', options.hour), ('namespace', options.namespace),
+        ('profile', options.profile and options.profile.resolve())) if value]
+    return [*arguments, '--verbose'] if options.verbose else arguments
+
+
+def judge_workspace(workspace: Path, json: Path, options: argparse.Namespace,
+                    command: Sequence[str]) -> int:
     """
     Judge a workspace and return the exit status, or raise Unjudged if it could not be judged.
 
     :param json: file for the results
-    :param shared: arguments of the referee that are the same for all workspaces
     :param command: command that starts the graph, or nothing for the launch files
     """
     install, share = find_install(workspace)
-    arguments = [*shared, f'--student={workspace.name}', f'--json={json}',
+    arguments = [*shared_arguments(options), f'--student={workspace.name}', f'--json={json}',
                  f'--page={json.with_suffix(".html")}',
                  f'--setup={install.resolve() / "local_setup.bash"}']
     environment = judging_environment(install, share)
@@ -216,17 +223,13 @@ def judge_class(rules: Rules, options: argparse.Namespace, command: Sequence[str
     results = [RESULTS.resolve() / f'{workspace.name}.json' for workspace in workspaces]
     for path in (*results, *(json.with_suffix('.html') for json in results)):
         path.unlink(missing_ok=True)
-    shared = [f'--{name}={value}' for name, value in (
-        ('hour', options.hour), ('namespace', options.namespace),
-        ('profile', options.profile and options.profile.resolve())) if value]
-    shared += ['--verbose'] if options.verbose else []
     statuses = set()
     try:
         for number, (workspace, json) in enumerate(zip(workspaces, results), 1):
             print(f'{printable(workspace.name)} ({number} of {len(workspaces)}) ...',
                   file=sys.stderr, flush=True)
             try:
-                statuses.add(judge_workspace(workspace, json, shared, options, command))
+                statuses.add(judge_workspace(workspace, json, options, command))
             except Unjudged as error:
                 report.write_unjudged(json, workspace.name, *error.args)
                 statuses.add(2)

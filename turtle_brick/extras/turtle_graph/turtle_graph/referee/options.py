@@ -61,7 +61,8 @@ def parse(args: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     parser.add_argument('--hour', type=int, choices=HOURS,
                         help='judge only the requirements for one hour of class')
     parser.add_argument('--student', metavar='NAME', help='student name shown on the page')
-    parser.add_argument('--note', action='append', default=[], help=argparse.SUPPRESS)
+    parser.add_argument('--note', metavar='TEXT', action='append', default=[],
+                        help='note to add to the results')
     parser.add_argument('--verbose', action='store_true', help='show the output of the command')
     # `ros2 run` removes the "--" if it is the first argument.
     parser.add_argument('command', nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
