@@ -71,15 +71,16 @@ def _declarations(entity: LaunchDescriptionEntity, given: Sequence[str],
     from launch.actions.include_launch_description import IncludeLaunchDescription
     from launch.actions.timer_action import TimerAction
 
-    found: list[Declaration] = []
+    declarations: list[Declaration] = []
     is_delayed = entity.condition is not None or isinstance(entity, TimerAction)
     for child in entity.get_sub_entities():
         is_conditional = conditional or child.condition is not None
         if isinstance(child, DeclareLaunchArgument):
             required = (child.default_value is None and not is_conditional
                         and child.name not in given)
-            found.append(Declaration(child, required, is_delayed or child.condition is not None))
+            declarations.append(
+                Declaration(child, required, is_delayed or child.condition is not None))
             continue
         names = (child.get_argument_names() if isinstance(child, IncludeLaunchDescription) else [])
-        found += _declarations(child, (*given, *names), is_conditional)
-    return found
+        declarations += _declarations(child, (*given, *names), is_conditional)
+    return declarations

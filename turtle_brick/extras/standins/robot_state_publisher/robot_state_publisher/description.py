@@ -139,13 +139,13 @@ def is_defined(material: Element) -> bool:
 
 def by_name(elements: Iterable[Element]) -> dict[str, Element]:
     """Return a dictionary of elements keyed by name, or raise ValueError for a duplicate."""
-    found: dict[str, Element] = {}
+    named: dict[str, Element] = {}
     for element in elements:
         name = element.get('name', '')
-        if name in found:
+        if name in named:
             raise ValueError(f'{element.tag} [{name}] is defined more than once')
-        found[name] = element
-    return found
+        named[name] = element
+    return named
 
 
 def find_tree(links: Iterable[str], joints: Iterable[Joint]) -> tuple[str, list[Joint]]:

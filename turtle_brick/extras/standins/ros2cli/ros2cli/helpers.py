@@ -30,11 +30,11 @@ def complete_with(argument: argparse.Action, completer: Callable[..., list[str]]
     setattr(argument, 'completer', completer)
 
 
-def print_names(found: Mapping[str, Sequence[str]], only_count: bool,
+def print_names(entities: Mapping[str, Sequence[str]], only_count: bool,
                 show_types: bool = False) -> None:
     """Print the number of entities, or the name of each one and optionally its types."""
     if only_count:
-        print(len(found))
+        print(len(entities))
         return
-    for name, types in found.items():
+    for name, types in entities.items():
         print(f'{name} [{", ".join(types)}]' if show_types else name)

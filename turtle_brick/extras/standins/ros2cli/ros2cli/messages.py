@@ -27,12 +27,12 @@ def get_interface(name: str, kind: str, problem: str) -> Any:
     """
     try:
         package, *middle, own_name = name.split('/')
-        found = getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)
+        interface = getattr(import_module('.'.join([package, *(middle or [kind])])), own_name)
     except (AttributeError, ImportError, TypeError, ValueError):
         raise RuntimeError(problem) from None
-    if kind == 'msg' and not hasattr(found, 'SLOT_TYPES'):
+    if kind == 'msg' and not hasattr(interface, 'SLOT_TYPES'):
         raise RuntimeError(problem)
-    return found
+    return interface
 
 
 def read_values(args: argparse.Namespace) -> Any:

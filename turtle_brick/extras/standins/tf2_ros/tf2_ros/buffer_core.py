@@ -80,17 +80,17 @@ def canonical(x: float, y: float, z: float, w: float) -> Rotation:
     return (x * scale, y * scale, z * scale, w * scale)
 
 
-def interpolate(one: Entry, two: Entry, ratio: float) -> Entry:
+def interpolate(before: Entry, after: Entry, ratio: float) -> Entry:
     """Interpolate positions along a straight line and rotations along the shortest arc."""
-    cosine = sum(p * q for p, q in zip(one[4:], two[4:]))
+    cosine = sum(p * q for p, q in zip(before[4:], after[4:]))
     half_angle = acos(min(1.0, abs(cosine)))
-    x, y, z = ((1.0 - ratio) * u + ratio * v for u, v in zip(one[1:4], two[1:4]))
+    x, y, z = ((1.0 - ratio) * u + ratio * v for u, v in zip(before[1:4], after[1:4]))
     if half_angle == 0.0:
-        return (one[0], x, y, z, one[4], one[5], one[6], one[7])
+        return (before[0], x, y, z, before[4], before[5], before[6], before[7])
     a = sin((1.0 - ratio) * half_angle) / sin(half_angle)
     b = sin(ratio * half_angle) / (-sin(half_angle) if cosine < 0.0 else sin(half_angle))
-    qx, qy, qz, qw = (a * p + b * q for p, q in zip(one[4:], two[4:]))
-    return (one[0], x, y, z, qx, qy, qz, qw)
+    qx, qy, qz, qw = (a * p + b * q for p, q in zip(before[4:], after[4:]))
+    return (before[0], x, y, z, qx, qy, qz, qw)
 
 
 class Cache:
@@ -160,11 +160,11 @@ class Cache:
         if time == oldest:
             return self._entries[0]
         index = bisect_right(times, time)
-        one, two = self._entries[index - 1:index + 1]
-        if one[0] != two[0]:
-            return one
+        before, after = self._entries[index - 1:index + 1]
+        if before[0] != after[0]:
+            return before
         earlier = times[index - 1]
-        return interpolate(one, two, (time - earlier) / (times[index] - earlier))
+        return interpolate(before, after, (time - earlier) / (times[index] - earlier))
 
 
 def nanoseconds_of(time: AnyTime | Duration | DurationMsg) -> int:

@@ -21,13 +21,13 @@ from launch.launch_description_sources.python_launch_file_utilities import (
 
 def readers() -> dict[str, Callable[[str], LaunchDescription]]:
     """Return the functions that read a launch file, keyed by file name extension."""
-    found: dict[str, Callable[[str], LaunchDescription]] = {
+    functions: dict[str, Callable[[str], LaunchDescription]] = {
         'py': get_launch_description_from_python_launch_file}
     for parser in Parser.get_parsers_from_entry_points().values():
         for extension in parser.get_file_extensions():
-            found[extension] = partial(
+            functions[extension] = partial(
                 get_launch_description_from_frontend_launch_file, parser=parser)
-    return found
+    return functions
 
 
 def explain(error: Exception) -> str:

@@ -32,13 +32,13 @@ def resolveProcesses(info_obj: ProcessHandler, *,
     """
     known = info_obj.processes()
     if process is None:
-        found = known
+        matching = known
     elif isinstance(process, str):
-        found = [action for action in known if process in action.name]
+        matching = [action for action in known if process in action.name]
     else:
-        found = [action for action in known if action is process]
-    if not found or len(found) > 1 and process is not None:
+        matching = [action for action in known if action is process]
+    if not matching or len(matching) > 1 and process is not None:
         names = ', '.join(action.name for action in known)
         raise NoMatchingProcessException(
-            f"Found {len(found)} processes matching name '{process}'. Procs: {names}")
-    return found
+            f"Found {len(matching)} processes matching name '{process}'. Procs: {names}")
+    return matching

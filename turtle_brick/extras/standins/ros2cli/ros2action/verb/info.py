@@ -34,10 +34,10 @@ class InfoVerb(VerbExtension):
         with direct.open_graph(lambda graph: name in action_types(graph)) as graph:
             for heading, get_types in (('clients', get_action_client_names_and_types_by_node),
                                        ('servers', get_action_server_names_and_types_by_node)):
-                found = [(f'{namespace.rstrip("/")}/{node}', types)
+                nodes = [(f'{namespace.rstrip("/")}/{node}', types)
                          for node, namespace in graph.get_node_names_and_namespaces()
                          for action_name, types in get_types(graph, node, namespace)
                          if action_name == name]
-                print(f'Action {heading}: {len(found)}')
-                for node, types in () if args.count else found:
+                print(f'Action {heading}: {len(nodes)}')
+                for node, types in () if args.count else nodes:
                     print(f'    {node} [{", ".join(types)}]' if args.show_types else f'    {node}')

@@ -24,5 +24,5 @@ class ListVerb(VerbExtension):
 
     def main(self, *, args: argparse.Namespace) -> None:
         with direct.open_graph() as graph:
-            found = action_types(graph)
-        print_names(found, args.count, args.show_types)
+            actions = action_types(graph)
+        print_names(actions, args.count, args.show_types)

@@ -47,8 +47,8 @@ class InfoVerb(VerbExtension):
                     ('Action Clients', partial(get_action_client_names_and_types_by_node, graph))):
                 print(f'  {heading}:')
                 namespace, _, own_name = name.rpartition('/')
-                found = direct.visible(get_names_and_types(own_name, namespace or '/'),
-                                       args.include_hidden)
-                print(*(f'    {found_name}: {", ".join(types)}'
-                        for found_name, types in found.items()), sep='\n')
+                entities = direct.visible(get_names_and_types(own_name, namespace or '/'),
+                                          args.include_hidden)
+                print(*(f'    {entity}: {", ".join(types)}'
+                        for entity, types in entities.items()), sep='\n')
         return None

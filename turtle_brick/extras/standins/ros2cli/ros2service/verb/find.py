@@ -29,6 +29,6 @@ class FindVerb(VerbExtension):
 
     def main(self, *, args: argparse.Namespace) -> None:
         with direct.open_graph() as graph:
-            found = {name: types for name, types in graph.service_types(args.hidden).items()
-                     if args.type in types}
-        print_names(found, args.count)
+            services = {name: types for name, types in graph.service_types(args.hidden).items()
+                        if args.type in types}
+        print_names(services, args.count)

@@ -27,5 +27,5 @@ class ListVerb(VerbExtension):
 
     def main(self, *, args: argparse.Namespace) -> None:
         with direct.open_graph() as graph:
-            found = graph.service_types(args.hidden)
-        print_names(found, args.count, args.show_types)
+            services = graph.service_types(args.hidden)
+        print_names(services, args.count, args.show_types)

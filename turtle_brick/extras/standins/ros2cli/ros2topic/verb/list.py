@@ -31,12 +31,12 @@ class ListVerb(VerbExtension):
 
     def main(self, *, args: argparse.Namespace) -> None:
         with direct.open_graph() as graph:
-            found = graph.topic_types(args.hidden)
+            topics = graph.topic_types(args.hidden)
             if args.verbose and not args.count:
-                self._print_details(found, 'Published', 'publisher', graph.count_publishers)
-                self._print_details(found, 'Subscribed', 'subscriber', graph.count_subscribers)
+                self._print_details(topics, 'Published', 'publisher', graph.count_publishers)
+                self._print_details(topics, 'Subscribed', 'subscriber', graph.count_subscribers)
                 return
-        print_names(found, args.count, args.show_types)
+        print_names(topics, args.count, args.show_types)
 
     def _print_details(self, topics: dict[str, list[str]], heading: str, end: str,
                        count_ends: Callable[[str], int]) -> None:
