@@ -14,7 +14,6 @@
 
 # mypy: allow-untyped-defs
 # The assignment defines the signatures of World without type hints.
-
 """
 Simulate a brick that falls onto a platform, rides on it and slides off.
 

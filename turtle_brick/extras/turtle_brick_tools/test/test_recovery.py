@@ -40,10 +40,14 @@ def test_the_next_brick_is_caught_after_a_node_was_killed(live):
         live.wait_for(lambda: live.call('place', Place, request).success, TIMEOUT, 'place')
         wait_for(brick_state, 'hovering')
         wait_for(catcher_state, 'waiting')
+        earlier = len(brick_state.messages)
+
+        def has_fallen() -> bool:
+            return String(data='falling') in brick_state.messages[earlier:]
+
         # A request that is repeated because the response is lost has no success.
-        live.wait_for(lambda: live.call('drop', Trigger).success or (
-            brick_state.last.data != 'hovering'), TIMEOUT, 'drop')
-        live.wait_for(lambda: brick_state.last.data != 'hovering', TIMEOUT, 'the brick falls')
+        live.wait_for(lambda: live.call('drop', Trigger).success or has_fallen(), TIMEOUT, 'drop')
+        live.wait_for(has_fallen, TIMEOUT, 'falling')
 
     def catch() -> None:
         deadline = monotonic() + TIMEOUT
